@@ -1,0 +1,96 @@
+"""Takes as channels: one column per marker and axis, with its noise, its row and its fit part."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .data import Take, seal
+from .errors import RecordingError
+
+
+@dataclass(frozen=True, eq=False)
+class Channels:
+    """The free motion of one take, flattened to C = markers x axes columns.
+
+    `directions` maps a displacement of the channel's marker to the channel, metres to metres
+    (3-D) or metres to pixels (2-D), at the marker's rest place.
+    """
+
+    time: np.ndarray  # (T,) s since the release
+    values: np.ndarray  # (T, C) m or px; NaN = missing
+    sigma: np.ndarray  # (C,) noise, rms
+    fit: np.ndarray  # (T,) bool: samples that may be fitted; the others are held out
+    marker: np.ndarray  # (C,) index into the recording's markers
+    support: np.ndarray  # (C,) bool: sits on the support
+    directions: np.ndarray  # (C, 3)
+    row: np.ndarray  # (C,) share of the picture's height, 0 top to 1 bottom; 0 for 3-D
+    rest: np.ndarray  # (C,) where the declared rest place is seen
+    quiet: np.ndarray  # (C,) mean before the release, NaN where nothing was recorded
+    take: Take
+
+    def __post_init__(self):
+        T, C = len(self.time), len(self.sigma)
+        seal(self, "time", float, (None,))
+        seal(self, "values", float, (T, C), finite=False)
+        seal(self, "sigma", float, (C,))
+        seal(self, "fit", bool, (T,))
+
+    @property
+    def known(self) -> np.ndarray:
+        """(T, C) bool: samples that exist."""
+        return np.isfinite(self.values)
+
+    @property
+    def frame(self) -> float:
+        """s, the usual step between two samples."""
+        return float(np.median(np.diff(self.time)))
+
+
+def free_motion(take: Take, window: tuple[float, float], noise: np.ndarray) -> Channels:
+    """The channels (C = n d) of `take` between the release and the end, `window` in s.
+
+    `noise` (C,) is each channel's rms noise in its own unit. Without a held-out take, the last
+    third is kept back. Raises RecordingError where fewer than 12 frames are left.
+    """
+    recording = take.recording
+    inside = (recording.time >= window[0] - 1e-9) & (recording.time <= window[1] + 1e-9)
+    T, n, d = recording.values.shape
+    if inside.sum() < 12:
+        raise RecordingError(
+            f"recording {take.name}: {inside.sum()} frames of free motion; 12 are needed. "
+            "Move start and stop apart, or record longer."
+        )
+    values = recording.values.reshape(T, n * d)
+    time = recording.time[inside] - window[0]
+    before = recording.time < window[0] - 0.02
+    quiet = np.full(n * d, np.nan)
+    if before.sum() >= 3 and np.isfinite(values[before]).any(axis=0).all():
+        quiet = np.nanmedian(values[before], axis=0)
+    places = np.array([marker.position for marker in recording.markers])
+    directions, rest, row = _geometry(recording, places, d)
+    share = 1.0 if take.held_out else 2 / 3
+    return Channels(
+        time=time,
+        values=values[inside],
+        sigma=noise,
+        fit=time <= time[-1] * share + 1e-12,
+        marker=np.repeat(np.arange(n), d),
+        support=np.repeat([m.on == "support" for m in recording.markers], d),
+        directions=directions,
+        row=row,
+        rest=rest,
+        quiet=quiet,
+        take=take,
+    )
+
+
+def _geometry(recording, places, d):
+    """Directions (C, 3), rest (C,), rows (C,) of all channels."""
+    n = len(places)
+    if d == 3:
+        return np.tile(np.eye(3), (n, 1)), places.ravel(), np.zeros(n * 3)
+    camera = recording.camera
+    seen = camera.project(places)
+    height = camera.image_size[1] or 2 * camera.principal_point[1]
+    rows = np.repeat(seen[:, 1] / max(height, 1), 2)
+    return camera.jacobian(places).reshape(-1, 3), seen.ravel(), rows
