@@ -1,0 +1,301 @@
+"""How many modes are in a ring-down: what the data force upon us, and no more.
+
+A further mode is believed when the likelihood ratio is beyond what the best of all the places in
+the spectrum where noise could have been mistaken for one would reach by chance (Wilks' chi square,
+Bonferroni over the places), with residuals that are not white counted at their own spectrum.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import chdtri
+
+from .pencil import evenly, shift_poles, signal_space, thinned
+from .varpro import Fit, Poles, basis, fit
+
+CHANCE = 1e-3  # of one false mode in a recording of white noise
+MATERIAL = 2e-3  # rms of the least mode worth a name, over that of the motion, in any channel
+CLEARED = 0.99  # share of what was left, above which even a trifle is a mode
+CYCLES = 0.75  # of the slowest oscillation within the record; slower ones are trends
+OVERDAMPED = 0.97  # damping ratio beyond which nothing swings
+FADED = 1.5  # decay in nepers per sample beyond which a mode is a glitch of the first frame
+DEGREE = 3  # of the steepest trend
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """A ring-down made ready: seconds from its first sample, every channel, missing as NaN."""
+
+    t: np.ndarray  # (T,) s, first 0
+    y: np.ndarray  # (T, C)
+    dt: float  # s, typical
+    even: np.ndarray  # (T', C) on an even grid without gaps, in units of the noise
+    floor: np.ndarray  # (C,) noise
+    noise: np.ndarray | None  # (C,) as given
+
+    @property
+    def size(self) -> np.ndarray:
+        """(C,) samples."""
+        return np.isfinite(self.y).sum(axis=0)
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """Poles and trend fitted to a record."""
+
+    fit: Fit
+    degree: int  # of the polynomial, 0 = the constant alone
+
+    @property
+    def modes(self) -> int:
+        """Oscillating poles."""
+        return len(self.fit.poles.omega)
+
+
+def prepare(time: np.ndarray, signals: np.ndarray, floor: np.ndarray, noise=None) -> Record:
+    """A record whose noise is about `floor` (C,)."""
+    dt, even = evenly(time, signals)
+    scale = np.where(floor > 0, floor, 1.0)
+    return Record(time - time[0], signals, dt, even / scale, floor, noise)
+
+
+def polynomial(t: np.ndarray, degree: int) -> np.ndarray:
+    """(T, degree + 1) Chebyshev polynomials over the record; the first is the constant."""
+    return np.polynomial.chebyshev.chebvander(2 * t / t[-1] - 1, degree)
+
+
+def model_of(record: Record, poles: Poles, degree: int, iterate: bool = True) -> Model:
+    """The most likely model near `poles`."""
+    x = polynomial(record.t, degree)
+    found = fit(record.t, record.y, x, poles, noise=record.noise, iterate=iterate)
+    return Model(found, degree)
+
+
+def select(record: Record, most: int) -> Model:
+    """The model with as many modes, up to `most`, and as much trend as the data ask for."""
+    best = _pruned(record, _start(record, most))
+    for _ in range(most + DEGREE + 2):
+        grown = _grown(record, best, most)
+        if grown is None:
+            return best
+        best = _pruned(record, grown)
+    return best
+
+
+def believable(poles: Poles, record: Record) -> np.ndarray:
+    """(m,) bool: swings at least about once, and is not gone within a frame."""
+    natural = np.hypot(poles.decay, poles.omega)
+    return (
+        (poles.omega * record.t[-1] > 2 * np.pi * CYCLES)
+        & (poles.decay < OVERDAMPED * natural)
+        & (poles.decay * record.dt < FADED)
+    )
+
+
+# --- where to start -------------------------------------------------------------------------
+
+
+def candidates(record: Record, signals: np.ndarray, most: int) -> list[np.ndarray]:
+    """Sets of complex poles, one for each order of the pencil, at one or two rates."""
+    found = []
+    for factor in sorted({1, max(1, len(signals) // 300)}):
+        part = thinned(signals, factor)
+        space = signal_space(part)
+        for order in range(1, min(2 * most + 6, space.shape[0] - 2, space.shape[1]) + 1):
+            found.append(shift_poles(space, order, factor * record.dt))
+    return found
+
+
+def _poles_of(complex_poles: np.ndarray, record: Record) -> Poles:
+    """Oscillating and real poles out of a pencil's set, those that cannot be left out."""
+    swinging = complex_poles[complex_poles.imag > 1e-6 / record.dt]
+    swinging = swinging[swinging.imag < (np.pi - 1e-3) / record.dt]
+    poles = Poles(np.maximum(-swinging.real, 0), swinging.imag, np.zeros(0))
+    fine = believable(poles, record)
+    real = complex_poles[np.abs(complex_poles.imag) <= 1e-6 / record.dt].real
+    creep = -real[(real < -0.2 / record.t[-1]) & (real > -FADED / record.dt)]
+    return Poles(poles.decay[fine], poles.omega[fine], creep)
+
+
+def _penalty(record: Record, poles: Poles) -> float:
+    """Twice the log likelihood that the poles must earn: Schwarz's, plus the search for places."""
+    channels = len(record.size)
+    logs = float(np.log(record.size).sum())
+    search = 2 * np.log(len(record.t) / CHANCE)
+    mode = min(2 * logs, _threshold(record, 2 * channels + 2)) + search
+    creep = min(logs, _threshold(record, channels + 1))
+    return len(poles.omega) * mode + len(poles.creep) * creep
+
+
+def _threshold(record: Record, freedoms: int) -> float:
+    """Likelihood ratio (twice its logarithm) that noise alone does not reach anywhere."""
+    return float(chdtri(freedoms, CHANCE / (2 * len(record.t))))
+
+
+def _start(record: Record, most: int) -> Model:
+    """The pencil's set that pays best for its poles, refined; the constant alone if none does."""
+    none = Poles(np.zeros(0), np.zeros(0), np.zeros(0))
+    tried = [(2 * model_of(record, none, 0).fit.cost, 0, none)]
+    room = int(record.size.min()) - 4
+    for n, found in enumerate(candidates(record, record.even, most)):
+        poles = _poles_of(found, record)
+        if len(poles.omega) > most or 4 * len(poles.omega) + 2 * len(poles.creep) > room:
+            continue
+        model = model_of(record, poles, 0, iterate=False)
+        tried.append((2 * model.fit.cost + _penalty(record, poles), n + 1, poles))
+    tried.sort(key=lambda row: row[:2])
+    fits = [model_of(record, row[2], 0) for row in tried[:2]]
+    return min(fits, key=lambda m: 2 * m.fit.cost + _penalty(record, m.fit.poles))
+
+
+# --- growing and pruning --------------------------------------------------------------------
+
+
+def _without(poles: Poles, k: int) -> Poles:
+    """Poles less the k-th, counted over modes and then creeps."""
+    m = len(poles.omega)
+    keep = np.arange(m) != k
+    return Poles(
+        poles.decay[keep], poles.omega[keep], poles.creep[np.arange(len(poles.creep)) != k - m]
+    )
+
+
+def _needed(record: Record, small: Model, large: Model, omega: float | None) -> bool:
+    """True where what `large` has more is beyond chance, and beyond a trifle.
+
+    `omega`: where in the spectrum it lies, None for a trend (1/s).
+    """
+    channels = len(record.size)
+    extra = (2 * channels + 2) if omega is not None else (channels + 1)
+    free = 1 - (large.fit.columns + 2) / record.size.mean()  # Bartlett's correction
+    ratio = 2 * (small.fit.cost - large.fit.cost) * free
+    colour = inflation(large.fit, record.dt, [omega or 2 * np.pi / record.t[-1]])[0]
+    if ratio < _threshold(record, extra) * colour:
+        return False
+    motion = np.nansum((record.y - np.nanmean(record.y, axis=0)) ** 2, axis=0)
+    before = np.nansum(small.fit.residual**2, axis=0)
+    less = before - np.nansum(large.fit.residual**2, axis=0)
+    return bool((less > MATERIAL**2 * motion).any() or less.sum() > CLEARED * before.sum())
+
+
+def _pruned(record: Record, model: Model) -> Model:
+    """Without the weakest poles as long as their loss is no more than chance."""
+    model = _reasonable(record, model)
+    while True:
+        poles = model.fit.poles
+        total = len(poles.vector) - len(poles.omega)
+        if not total:
+            return model
+        rest = [model_of(record, _without(poles, k), model.degree, False) for k in range(total)]
+        weakest = sorted(range(total), key=lambda k: rest[k].fit.cost)[: 2 if total > 1 else 1]
+        for k in weakest:
+            smaller = model_of(record, _without(poles, k), model.degree)
+            omega = poles.omega[k] if k < len(poles.omega) else None
+            if not _needed(record, smaller, model, omega):
+                model = _reasonable(record, smaller)
+                break
+        else:
+            return model
+
+
+def _reasonable(record: Record, model: Model) -> Model:
+    """Refitted without oscillations that have wandered off to where nothing swings."""
+    for _ in range(8):
+        poles = model.fit.poles
+        fine = believable(poles, record) & (poles.omega * record.dt < np.pi)
+        slow = (poles.creep * record.t[-1] > 0.05) & (poles.creep * record.dt < FADED)
+        if fine.all() and slow.all():
+            return model
+        poles = Poles(poles.decay[fine], poles.omega[fine], poles.creep[slow])
+        model = model_of(record, poles, model.degree)
+    return model
+
+
+def _grown(record: Record, model: Model, most: int) -> Model | None:
+    """The model with the mode or trend that it misses most, None if it misses nothing."""
+    steps = []
+    if model.degree < DEGREE:
+        steps.append((model_of(record, model.fit.poles, model.degree + 1), None))
+    if model.degree and not len(model.fit.poles.creep):
+        p = model.fit.poles
+        tries = [Poles(p.decay, p.omega, np.array([c / record.t[-1]])) for c in (1.0, 4.0)]
+        steps += [(model_of(record, poles, 0), None) for poles in tries]
+    if model.modes < most:
+        steps += [(m, w) for m, w in _one_more(record, model)]
+    for larger, omega in sorted(steps, key=lambda step: step[0].fit.cost):
+        whole = _reasonable(record, larger)
+        if whole is larger and _needed(record, model, larger, omega):
+            return larger
+    return None
+
+
+def _one_more(record: Record, model: Model) -> list[tuple[Model, float]]:
+    """Models with one more oscillation: from the residual's own poles, or by splitting one."""
+    poles = model.fit.poles
+    if 4 * (model.modes + 1) + 2 > record.size.min() - 4:
+        return []
+    _, left = evenly(record.t, model.fit.residual / np.where(record.floor > 0, record.floor, 1))
+    space = signal_space(left)
+    tried = [_poles_of(shift_poles(space, n, record.dt), record) for n in (2, 4, 6)]
+    places = {(s, w) for p in tried for s, w in zip(p.decay, p.omega, strict=True)}
+    for s, w in zip(poles.decay, poles.omega, strict=True):
+        apart = max(s, 2 * np.pi / record.t[-1]) / 2
+        places |= {(s, w + apart), (s, max(w - apart, w / 2))}
+    starts = [
+        Poles(np.append(poles.decay, s), np.append(poles.omega, w), poles.creep)
+        for s, w in sorted(places)
+    ]
+    quick = [(model_of(record, p, model.degree, False).fit.cost, n) for n, p in enumerate(starts)]
+    chosen = [starts[n] for _, n in sorted(quick)[:2]]
+    refined = [model_of(record, p, model.degree) for p in chosen]
+    return [(m, m.fit.poles.omega[-1]) for m in refined]
+
+
+# --- residuals that are not white -----------------------------------------------------------
+
+
+def inflation(found: Fit, dt: float, omega) -> np.ndarray:
+    """(k,) >= 1: variance of estimates at `omega` (k,) 1/s over what white noise would give.
+
+    The residual, weighed as a mode's channels are, has the spectrum of a low-order autoregression
+    (order by BIC); what counts is its density at the mode's own frequency.
+    """
+    residual = np.where(np.isfinite(found.residual), found.residual, 0.0) / found.noise
+    present = np.isfinite(found.residual).mean(axis=0)
+    free = max(1 - (found.columns + 2) / len(residual), 0.1)
+    factors = []
+    for w in omega:
+        if len(found.poles.omega):
+            k = int(np.argmin(np.abs(found.poles.omega - w)))
+            weight = np.conj(found.amplitude[k]) / found.noise
+        else:
+            weight = 1 / found.noise.astype(complex)
+        size = np.sum(np.abs(weight) ** 2 * present)
+        if not (np.isfinite(size) and size > 0):
+            factors.append(1.0)
+            continue
+        combined = residual @ (weight / np.sqrt(size))
+        parts = [_density(part, w * dt) for part in (combined.real, combined.imag)]
+        factors.append(max(1.0, sum(parts) / (1.0 if len(weight) == 1 else free)))
+    return np.array(factors)
+
+
+def _density(series: np.ndarray, angle: float) -> float:
+    """Spectral density of an autoregression at `angle` rad per sample; white noise: its variance."""
+    count = len(series)
+    variance = float(np.mean(series**2))
+    if variance < 1e-30:
+        return 0.0
+    correlation = np.array([series[: count - k] @ series[k:] for k in range(9)]) / count
+    best, density = count * np.log(variance), variance
+    a, error = np.array([1.0]), variance
+    for order in range(1, min(9, count // 10)):
+        reflect = -(a @ correlation[order : 0 : -1]) / error
+        a = np.append(a, 0.0) + reflect * np.append(0.0, a[::-1])
+        error *= max(1 - reflect**2, 1e-6)
+        score = count * np.log(error) + order * np.log(count)
+        if score < best:
+            best = score
+            response = a @ np.exp(-1j * angle * np.arange(order + 1))
+            density = error / abs(response) ** 2
+    return density
