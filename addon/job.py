@@ -1,0 +1,133 @@
+"""Heavy work beside Blender: a child process of the same command line, watched and stopped."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..core.errors import Cancelled, CoreError
+
+ROOT = Path(__file__).resolve().parents[1]
+REPORT, MOTION, PICTURE = "report.json", "motion.npz", "report.png"
+PATIENCE = 0.5  # s that a child has to end itself before it is killed
+
+
+class JobError(CoreError):
+    """The child refused its input, or broke."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a child is."""
+
+    fraction: float  # 0 to 1
+    text: str
+    running: bool
+
+
+def calibration(case: Path, folder: Path, elements: int) -> list[str]:
+    """The command line that calibrates `case` and leaves report, picture and motion in `folder`."""
+    return [
+        *("calibrate", str(case), "--out", str(folder / REPORT), "--plot", str(folder / PICTURE)),
+        *("--motion", str(folder / MOTION), "--elements", str(elements), "--progress-json"),
+    ]
+
+
+class Job:
+    """One child: `python -m core ARGUMENTS`, started at once."""
+
+    def __init__(self, arguments: list[str], folder: Path, threads: int = 0):
+        folder.mkdir(parents=True, exist_ok=True)
+        self.folder = folder
+        self._told = (0.0, "Starting")
+        self._errors: list[str] = []
+        self._child = subprocess.Popen(
+            [sys.executable, "-m", "core", *arguments],
+            cwd=folder,
+            env=_environment(threads),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+            errors="replace",
+            **_apart(),
+        )
+        self._readers = [
+            threading.Thread(target=read, args=(pipe,), daemon=True)
+            for read, pipe in (
+                (self._read_progress, self._child.stdout),
+                (self._read_errors, self._child.stderr),
+            )
+        ]
+        for reader in self._readers:
+            reader.start()
+
+    @property
+    def progress(self) -> Progress:
+        """What the child has told so far; never waits."""
+        return Progress(*self._told, running=self._child.poll() is None)
+
+    def wait(self, timeout: float | None = None) -> None:
+        """Until the child has ended. Raises JobError with its own line when it refused or broke."""
+        status = self._child.wait(timeout)
+        for reader in self._readers:
+            reader.join(PATIENCE)
+        if status < 0 or (os.name == "nt" and status == signal.SIGTERM):
+            raise Cancelled("Calibration: stopped. Nothing was changed.")
+        if status:
+            lines = [line for line in self._errors if line.strip()]
+            raise JobError(lines[-1].strip() if lines else f"Calibration: it ended with {status}.")
+
+    def cancel(self) -> None:
+        """Stop the child and all that it started, within a second."""
+        if self._child.poll() is None:
+            _signal(self._child, kill=False)
+            try:
+                self._child.wait(PATIENCE)
+            except subprocess.TimeoutExpired:
+                _signal(self._child, kill=True)
+                self._child.wait(PATIENCE)
+
+    def _read_progress(self, pipe) -> None:
+        for line in pipe:
+            try:
+                told = json.loads(line)
+                self._told = (float(told["progress"]), str(told["text"]))
+            except (ValueError, KeyError, TypeError):  # a library's own chatter
+                continue
+
+    def _read_errors(self, pipe) -> None:
+        for line in pipe:
+            self._errors = [*self._errors[-50:], line]
+
+
+def _environment(threads: int) -> dict[str, str]:
+    """This Python's modules for the child, and how many threads it may take (0: all)."""
+    paths = [str(ROOT), *(path for path in sys.path if path)]
+    found = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "PYTHONUNBUFFERED": "1"}
+    if threads:
+        for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+            found[name] = str(threads)
+    return found
+
+
+def _apart() -> dict:
+    """A process group of its own, so that stopping it stops all of it and nothing else."""
+    if os.name == "nt":
+        return {"creationflags": subprocess.CREATE_NO_WINDOW}
+    return {"start_new_session": True}
+
+
+def _signal(child: subprocess.Popen, kill: bool) -> None:
+    if os.name == "nt":
+        child.kill() if kill else child.terminate()
+        return
+    try:
+        os.killpg(child.pid, signal.SIGKILL if kill else signal.SIGTERM)
+    except ProcessLookupError:  # it ended by itself meanwhile
+        return

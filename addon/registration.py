@@ -1,0 +1,9 @@
+"""What Blender is told of us, and takes back."""
+
+
+def register():
+    pass
+
+
+def unregister():
+    pass
