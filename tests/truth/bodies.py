@@ -1,0 +1,144 @@
+"""The five filmed objects, sized by seed, and one built to order for closed forms."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import eigsh, splu
+
+from . import solid
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A held soft body as it really is."""
+
+    name: str
+    nodes: np.ndarray  # (N, 3) m
+    cells: np.ndarray  # (H, 27)
+    faces: np.ndarray  # (F, 9)
+    pinned: np.ndarray  # (N,) bool
+    pin_box: tuple  # (3,), (3,) m: the region that the case declares
+    vertices: np.ndarray  # (V, 3) m: the surface that the case gives
+    triangles: np.ndarray  # (T, 3)
+    axis: np.ndarray  # (3,) unit, from the held end to the free one
+    swing: np.ndarray  # (3,) unit, the direction of the softest bending
+    density: float  # kg/m3
+    poisson: float
+    young: float  # Pa
+    stiffness: sparse.csr_matrix  # (3N, 3N) N/m, all nodes free
+    mass: sparse.csr_matrix  # (3N, 3N) kg
+
+    @property
+    def free(self) -> np.ndarray:
+        return np.flatnonzero(np.repeat(~self.pinned, 3))
+
+    @property
+    def height(self) -> np.ndarray:
+        """(N,) place along the axis, 0 at the held end, 1 at the free one."""
+        s = self.nodes @ self.axis
+        return (s - s.min()) / np.ptp(s)
+
+    @property
+    def weight(self) -> float:
+        """kg, the whole body."""
+        return float(self.mass[::3, ::3].sum())
+
+    @property
+    def size(self) -> float:
+        """m, along the axis."""
+        return float(np.ptp(self.nodes @ self.axis))
+
+
+def build(name, maps, counts, **given) -> Body:
+    """Mesh and matrices: `maps` takes unit coordinates (N, 3) to metres; `keep` cuts cells out."""
+    keep = given.pop("keep", None)
+    shown = given.pop("shown", maps)
+    finer = given.pop("surface_counts", counts)
+    net = solid.lattice(counts, keep)
+    nodes = maps(net.nodes)
+    skin = solid.lattice(finer, keep)
+    used, faces = np.unique(skin.faces, return_inverse=True)
+    axis = np.asarray(given["axis"], float)
+    s = nodes @ axis
+    low, size = s.min(), np.ptp(s)
+    margin = 0.004 * size
+    pin_low, pin_high = nodes.min(0) - 0.02 * size, nodes.max(0) + 0.02 * size
+    side = int(np.argmax(abs(axis)))
+    held = sorted([axis[side] * (low - 0.02 * size), axis[side] * (low + margin)])
+    pin_low[side], pin_high[side] = held
+    K, M = solid.matrices(nodes, net.cells, given["poisson"])
+    return Body(
+        name=name,
+        nodes=nodes,
+        cells=net.cells,
+        faces=net.faces,
+        pinned=s < low + margin,
+        pin_box=(pin_low, pin_high),
+        vertices=shown(skin.nodes[used]),
+        triangles=solid.triangles(faces.reshape(-1, 9)),
+        axis=axis,
+        swing=np.asarray(given["swing"], float),
+        density=given["density"],
+        poisson=given["poisson"],
+        young=1.0,
+        stiffness=K,
+        mass=given["density"] * M,
+    )
+
+
+def tuned(body: Body, first: float) -> Body:
+    """The same body with the modulus that puts its first frequency at `first` Hz."""
+    young = (first / modes(body, 1)[0][0]) ** 2
+    return replace(body, young=young * body.young, stiffness=young * body.stiffness)
+
+
+def modes(body: Body, count: int, ground=None) -> tuple[np.ndarray, np.ndarray]:
+    """Natural frequencies (m,) Hz and mass-normalised shapes (3N, m) of the held body.
+
+    With `ground` (3N, 3N) N/m nothing is held but by these springs.
+    """
+    K = body.stiffness if ground is None else body.stiffness + ground
+    free = body.free if ground is None else np.arange(K.shape[0])
+    start = np.random.default_rng(0).standard_normal(free.size)
+    K, M = K[free][:, free].tocsc(), body.mass[free][:, free].tocsc()
+    omega2, x = eigsh(K, k=count, M=M, sigma=0, v0=start)
+    order = np.argsort(omega2)
+    shapes = np.zeros((3 * len(body.nodes), count))
+    shapes[free] = x[:, order]
+    return np.sqrt(omega2[order]) / (2 * np.pi), shapes
+
+
+def respond(body: Body, force: np.ndarray, ground=None) -> np.ndarray:
+    """Static displacement (3N, k) m under the nodal forces (3N, k) N."""
+    K = body.stiffness if ground is None else body.stiffness + ground
+    free = body.free if ground is None else np.arange(K.shape[0])
+    out = np.zeros(force.shape)
+    out[free] = splu(K[free][:, free].tocsc()).solve(np.ascontiguousarray(force[free]))
+    return out
+
+
+# --- the objects ------------------------------------------------------------------------------
+
+
+def stuff(rng) -> dict:
+    """Density and Poisson ratio of a jelly or a rubber."""
+    return {"density": rng.uniform(900, 1200), "poisson": rng.choice([0.42, 0.45, 0.47, 0.48])}
+
+
+def bar(rng, square: float | None = None) -> Body:
+    """A bar clamped at x = 0, slightly flatter in z than in y."""
+    length, side = rng.uniform(0.08, 0.18), rng.uniform(0.1, 0.16)
+    flat = rng.uniform(1.12, 1.3) if square is None else square
+    size = length * np.array([1, side * flat, side])
+
+    def maps(u):
+        return size * (u - [0, 0.5, 0.5])
+
+    body = build(
+        "bar", maps, (12, 2, 2), axis=[1, 0, 0], swing=[0, 0, 1], surface_counts=(16, 2, 2), **stuff(rng)
+    )
+    return tuned(body, rng.uniform(2.5, 11))
+
+
+OBJECTS = {"bar": bar}

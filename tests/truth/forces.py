@@ -1,0 +1,95 @@
+"""Physical forces at nodes, in reduced coordinates. Each is -(something) against the motion.
+
+`row` (r,) is the motion of a node in one direction: its displacement is row . q, and a force F there
+does the generalized work row * F.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass(eq=False)
+class Spring:
+    """Any elastic law F(x) at a node: cubic, sinh, quadratic, bilinear, a stop."""
+
+    row: np.ndarray
+    law: object  # callable x (m) -> N, positive pushes back
+
+    def force(self, q, v, t):
+        return -self.row * self.law(self.row @ q)
+
+
+@dataclass(eq=False)
+class Rub:
+    """Coulomb friction through a stiff bristle: f = clip(f0 + k (x - x0), -F, F).
+
+    Jenkins' element (elastic presliding, then slip at constant force). `limit(speed)` may vary.
+    """
+
+    row: np.ndarray
+    limit: object  # callable speed (m/s) -> N
+    bristle: float  # N/m
+    held: float = 0.0  # N at the last commit
+    place: float = 0.0  # m at the last commit
+
+    def pull(self, q, v):
+        top = self.limit(abs(self.row @ v))
+        return min(max(self.held + self.bristle * (self.row @ q - self.place), -top), top)
+
+    def force(self, q, v, t):
+        return -self.row * self.pull(q, v)
+
+    def commit(self, q, v, t):
+        self.held, self.place = self.pull(q, v), self.row @ q
+
+
+@dataclass(eq=False)
+class Drag:
+    """-c |v| v per unit of surface seen from the motion: dF = -c v (n . v), where n . v > 0."""
+
+    motion: np.ndarray  # (3 S, r) of the surface nodes
+    area: np.ndarray  # (S, 3) m2 outward
+    coefficient: float  # kg/m3
+
+    def force(self, q, v, t):
+        u = (self.motion @ v).reshape(-1, 3)
+        seen = np.maximum(np.einsum("si,si->s", self.area, u), 0)
+        return -self.coefficient * (((seen[:, None] * u).ravel()) @ self.motion)
+
+
+@dataclass(eq=False)
+class Fading:
+    """The stiffness follows time: -(share(t)) K1 q, K1 the part that changes."""
+
+    K: np.ndarray  # (r, r)
+    share: object  # callable t (s) -> 1
+
+    def force(self, q, v, t):
+        return -self.share(t) * (self.K @ q)
+
+
+@dataclass(eq=False)
+class Shaken:
+    """The support moves by s(t): inertia -V^T M d s''(t), in coordinates that ride on it."""
+
+    inertia: np.ndarray  # (r,) V^T M d
+    acceleration: object  # callable t (s) -> m/s2
+
+    def force(self, q, v, t):
+        return -self.inertia * self.acceleration(t)
+
+
+@dataclass(eq=False)
+class Touch:
+    """A pad that is on during some spells only: a spring and a dashpot at a node."""
+
+    row: np.ndarray
+    stiffness: float  # N/m
+    damping: float  # N s/m
+    spells: list = field(default_factory=list)  # (from, to) s
+
+    def force(self, q, v, t):
+        if any(a <= t < b for a, b in self.spells):
+            return -self.row * (self.stiffness * (self.row @ q) + self.damping * (self.row @ v))
+        return 0 * self.row

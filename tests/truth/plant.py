@@ -1,0 +1,255 @@
+"""Planted effects of the time layer, as physical forces. Each draws its own form by seed."""
+
+import numpy as np
+
+from . import forces, scene
+from .film import Planted
+
+NEEDS = {
+    "large_amplitude": {"damping": (0.012, 0.05)},
+    "dry_friction": {"damping": (0.01, 0.03)},
+    "air_drag": {"damping": (0.01, 0.03)},
+    "relaxation": {"release": "pull", "damping": (0.015, 0.06)},
+    "contact": {"release": "pull"},
+    "asymmetric_stiffness": {},
+    "steady_drive": {"bare": True, "damping": (0.015, 0.06)},
+    "structural_damping": {"damping": (0.015, 0.05)},
+}
+
+
+def stiffness_at(stage, node: int) -> float:
+    """N/m of the body at a node along the release."""
+    push = scene.nodal(stage.body, node, stage.direction)
+    return 1 / float(push @ scene.bodies.respond(stage.body, push[:, None])[:, 0])
+
+
+def share_at(stage, film, node: int) -> float:
+    """Motion of the marker that moves most over that of `node`, in the lowest swinging mode."""
+    mode = swinging(stage, film.system)
+    here = abs(stage.direction @ film.system.at(node)[:, mode])
+    there = np.linalg.norm(film.system.at(stage.markers[film.facts["peak"]["marker"]])[:, mode])
+    return float(there / here)
+
+
+def swinging(stage, system) -> int:
+    """Of the two lowest modes the one that moves along the release."""
+    row = abs(stage.direction @ system.at(stage.node)) / system.frequency
+    return int(np.argmax(row[:2]))
+
+
+def touch(stage, rng, low=0.5, high=1.0) -> tuple[int, float, float]:
+    """A node for a force: its number, local stiffness (N/m) and about how far it will move (m)."""
+    node = scene.pick(rng, stage.body, low, high)
+    stage.touched.append(node)
+    _, shapes = scene.bodies.modes(stage.body, 2)
+    moves = abs(stage.direction @ shapes.reshape(-1, 3, 2)[[node, stage.node]])
+    best = int(np.argmax(moves[1]))
+    return node, stiffness_at(stage, node), stage.amplitude * moves[0, best] / moves[1, best]
+
+
+def row_of(stage, system, node):
+    return stage.direction @ system.at(node)
+
+
+def large_amplitude(rng, stage) -> Planted:
+    node, k, far = touch(stage, rng, 0.7)
+    sign = 1 if rng.random() < 0.65 else -1
+    form = rng.choice(["cubic", "sinh"]) if sign > 0 else "soft"
+
+    def law(s):
+        y = {
+            "cubic": lambda x: k * s * x * (x / far) ** 2,
+            "sinh": lambda x: k * s * far * 0.75 * (np.sinh(2 * x / far) - 2 * x / far),
+            "soft": lambda x: -k * s * x * (x / far) ** 2 / (1 + (x / far) ** 2),
+        }
+        return y[form]
+
+    def facts(s, film):
+        mode = swinging(stage, film.system)
+        row = row_of(stage, film.system, node)[mode]
+        cubic = sign * k * s / far**2
+        square = (2 * np.pi * film.system.frequency[mode]) ** 2
+        at_node = 3 / 8 * cubic * row**4 / square / row**2  # Duffing: per squared motion of the node
+        return {"shift_per_metre2": at_node / share_at(stage, film, node) ** 2, "form": str(form)}
+
+    top = 2.0 if sign > 0 else 0.6
+    return Planted(
+        "large_amplitude", 0.2, (0.005, top), facts,
+        force=lambda s, system: forces.Spring(row_of(stage, system, node), law(s)),
+    )  # fmt: skip
+
+
+def asymmetric_stiffness(rng, stage) -> Planted:
+    node, k, far = touch(stage, rng, 0.6)
+    form, sign = rng.choice(["bilinear", "quadratic"]), rng.choice([-1, 1])
+
+    def law(s):
+        if form == "bilinear":
+            return lambda x: k * s * max(sign * x, 0.0) * sign
+        return lambda x: k * s * sign * x * x / far
+
+    def facts(s, film):
+        return {"form": str(form), "local_ratio": 1 + s if form == "bilinear" else None}
+
+    return Planted(
+        "asymmetric_stiffness", 0.15, (0.005, 1.5 if form == "bilinear" else 0.5), facts,
+        force=lambda s, system: forces.Spring(row_of(stage, system, node), law(s)),
+    )  # fmt: skip
+
+
+def contact(rng, stage) -> Planted:
+    node, k, far = touch(stage, rng, 0.6)
+    gap, side = far * rng.uniform(0.25, 0.7), rng.choice([-1, 1])
+
+    def law(s):
+        return lambda x: k * s * max(side * x - gap, 0.0) * side
+
+    def facts(s, film):
+        return {"gap": gap * share_at(stage, film, node), "local_stiffness": k * s}
+
+    return Planted(
+        "contact", 1.0, (0.05, 30.0), facts,
+        force=lambda s, system: forces.Spring(row_of(stage, system, node), law(s)),
+    )  # fmt: skip
+
+
+def dry_friction(rng, stage) -> Planted:
+    node, k, far = touch(stage, rng, 0.4)
+    stiff = rng.uniform(20, 60)
+    return Planted(
+        "dry_friction", 0.02, (0.001, 0.12), lambda s, film: {"force": s * k * far},
+        force=lambda s, system: forces.Rub(
+            row_of(stage, system, node), lambda speed: s * k * far, stiff * k
+        ),
+    )  # fmt: skip
+
+
+def stick_slip(rng, stage) -> Planted:
+    """Rubbing that weakens with speed: not in the library."""
+    node, k, far = touch(stage, rng, 0.5)
+    pace = far * 2 * np.pi / stage.period * rng.uniform(0.1, 0.25)
+    ratio = rng.uniform(3.0, 6.0)
+
+    def force(s, system):
+        low = s * k * far
+        return forces.Rub(
+            row_of(stage, system, node),
+            lambda speed: low * (1 + (ratio - 1) * np.exp(-((speed / pace) ** 2))),
+            40 * k,
+        )
+
+    return Planted("stick_slip", 0.02, (0.001, 0.1), lambda s, film: {"force": s * k * far}, force=force)
+
+
+def air_drag(rng, stage) -> Planted:
+    body = stage.body
+    area = scene.bodies.solid.area_vectors(body.nodes, body.faces)
+    skin = np.flatnonzero((np.linalg.norm(area, axis=1) > 0) & ~body.pinned)
+    thick = body.weight / body.density / np.linalg.norm(area, axis=1).sum() * 4
+    guess = body.density * thick / stage.amplitude
+
+    def force(s, system):
+        motion = system.basis.reshape(-1, 3, system.size)[skin].reshape(-1, system.size)
+        return forces.Drag(motion, area[skin], s * guess)
+
+    return Planted(
+        "air_drag", 0.05, (0.002, 1.0), lambda s, film: {"coefficient": s * guess}, force=force
+    )
+
+
+def relaxation(rng, stage) -> Planted:
+    time = stage.duration * np.exp(rng.uniform(np.log(0.1), np.log(0.5)))
+    stage.hold = time * rng.choice([0.7, 2.0, 10.0])
+
+    def system(s, plain):
+        return scene.reduced.System(**{**vars(plain), "branch": (s, time)})
+
+    return Planted(
+        "relaxation", 0.1, (0.005, 0.6), lambda s, film: {"ratio": s, "time": time}, system=system
+    )
+
+
+def stiffness_drift(rng, stage) -> Planted:
+    sign = rng.choice([-1, 1])
+    bend = rng.choice([0.0, 0.7])  # 0: straight in time, else it levels off
+    span = stage.duration
+
+    def share(s):
+        if bend:
+            return lambda t: sign * s * (1 - np.exp(-t / (bend * span)))
+        return lambda t: sign * s * t / span
+
+    def facts(s, film):
+        rate = sign * s / span / bend if bend else sign * s / span
+        return {"rate": rate, "form": "levelling" if bend else "straight"}
+
+    return Planted(
+        "stiffness_drift", 0.05, (0.002, 0.3), facts,
+        force=lambda s, system: forces.Fading(system.K, share(s)),
+    )  # fmt: skip
+
+
+def sudden_crack(rng, stage) -> Planted:
+    """The stiffness of a slice drops at an instant: not in the library."""
+    when = stage.duration * rng.uniform(0.2, 0.5)
+    place = rng.uniform(0.0, 0.4)
+    body = stage.body
+    part, _ = scene.bodies.solid.matrices(
+        body.nodes, body.cells, body.poisson,
+        lambda x: body.young * np.exp(-0.5 * ((level(body, x) - place) / 0.08) ** 2),
+    )  # fmt: skip
+
+    def force(s, system):
+        K = system.basis.T @ (part @ system.basis)
+        return forces.Fading(K, lambda t: -s * (t >= when))
+
+    return Planted("sudden_crack", 0.2, (0.01, 0.8), lambda s, film: {"time": when}, force=force)
+
+
+def level(body, x) -> np.ndarray:
+    """Height 0..1 of any places (..., 3)."""
+    s = body.nodes @ body.axis
+    return (x @ body.axis - s.min()) / np.ptp(s)
+
+
+def steady_drive(rng, stage) -> Planted:
+    first = scene.bodies.modes(stage.body, 2)[0]
+    while True:
+        f = first[0] * np.exp(rng.uniform(np.log(0.35), np.log(2.6)))
+        if (abs(f / first - 1) > 0.1).all() and f < 0.35 * stage.fps:
+            break
+    phase = rng.uniform(0, 2 * np.pi)
+    w = 2 * np.pi * f
+    body, d = stage.body, stage.direction
+    inertia = body.mass @ np.tile(d, len(body.nodes))
+
+    def force(s, system):
+        a = s * stage.amplitude
+        return forces.Shaken(
+            system.basis.T @ inertia, lambda t: -a * w * w * np.sin(w * t + phase)
+        )
+
+    def shift(s, t):
+        return s * stage.amplitude * np.sin(w * t + phase)[:, None] * d
+
+    return Planted(
+        "steady_drive", 0.03, (0.0005, 0.5),
+        lambda s, film: {"frequency": f, "amplitude": s * stage.amplitude}, force=force, shift=shift,
+    )  # fmt: skip
+
+
+def intermittent_touch(rng, stage) -> Planted:
+    """Something leans on the body in spells: not in the library."""
+    node, k, far = touch(stage, rng, 0.5)
+    span = stage.duration
+    spells, t = [], rng.uniform(0.05, 0.15) * span
+    while t < span:
+        long = rng.uniform(0.1, 0.2) * span
+        spells.append((t, t + long))
+        t += long + rng.uniform(0.1, 0.25) * span
+    pace = 2 * np.pi / stage.period
+
+    def force(s, system):
+        return forces.Touch(row_of(stage, system, node), s * k, 0.3 * s * k / pace, spells)
+
+    return Planted("intermittent_touch", 0.2, (0.01, 2.0), lambda s, film: {"spells": spells}, force=force)
