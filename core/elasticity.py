@@ -1,0 +1,275 @@
+"""A mesh and a material made into matrices, held, loaded, pulled and read at places.
+
+Displacements u are (P, 3) m or flattened (3P,), x0 y0 z0 x1 ...
+"""
+
+import numpy as np
+from scipy import sparse
+from scipy.spatial import cKDTree
+
+from .boundary import Faces, boundary, face_points
+from .data import ElasticModel, Load, Material, Surface, TetMesh, replace
+from .eigen import factorize
+from .elements import ELEMENTS
+from .elements.simplex import each_axis, gradients, quadrature
+from .errors import DataError
+from .nearest import locate, nearest_face
+
+HAIR = 0.1  # edge lengths by which meshing may move a point off the pinned part of the surface
+PATCH = 1.2  # longest edges of the nearest triangle: how far the surface's turning is averaged
+
+
+def assemble(
+    mesh: TetMesh,
+    material: Material,
+    element: str = "p2",
+    *,
+    stiffness_scale: np.ndarray | None = None,
+) -> ElasticModel:
+    """The free body: stiffness at Y = 1 Pa, consistent mass in kg, nothing held.
+
+    `stiffness_scale` (T,) multiplies Young's modulus of each tetrahedron.
+    Raises DataError for an unknown element or a scale that is not positive.
+    """
+    if element not in ELEMENTS:
+        raise DataError(f'assemble: element "{element}"; one of {", ".join(ELEMENTS)} is needed.')
+    scale = np.ones(len(mesh.tets)) if stiffness_scale is None else np.asarray(stiffness_scale)
+    if scale.shape != (len(mesh.tets),) or not (scale > 0).all():
+        raise DataError(
+            f"assemble: stiffness_scale has shape {scale.shape}; one number above 0 for each of "
+            f"{len(mesh.tets)} tetrahedra is needed."
+        )
+    m = ELEMENTS[element].build(mesh, scale)
+    return ElasticModel(
+        mesh,
+        material,
+        element,
+        m.points,
+        m.shear,
+        m.bulk,
+        m.mass * material.density,
+        np.zeros(len(m.points), bool),
+    )
+
+
+def hold(
+    model: ElasticModel, surface: Surface, pinned_vertices: np.ndarray, regions: tuple = ()
+) -> ElasticModel:
+    """The body with the pinned part of the artist's surface held.
+
+    A boundary point is held when it is nearer to the pinned triangles (all three `pinned_vertices`
+    (V,) bool) than to the rest of the surface, but for a hair; when the closest point of the
+    surface, or it itself, lies in a region (`contains` (n, 3) -> (n,) bool), which also serves
+    triangles that straddle it; or when it is the nearest point to a pinned vertex without a pinned triangle.
+    Raises DataError when nothing or everything is held.
+    """
+    pins = np.asarray(pinned_vertices, bool)
+    outside = face_points(model)
+    places = model.points[outside]
+    size = boundary(model.mesh).edge_length
+    face, bary, gap = nearest_face(places, surface.vertices, surface.faces)
+    closest = np.einsum("nk,nki->ni", bary, surface.vertices[surface.faces[face]])
+    held = np.zeros(len(places), bool)
+    for region in regions:
+        held |= region.contains(closest) | region.contains(places)
+    whole = pins[surface.faces].all(axis=1)
+    if whole.any():
+        held |= nearest_face(places, surface.vertices, surface.faces[whole])[2] <= gap + HAIR * size
+    lone = np.flatnonzero(pins & ~np.isin(np.arange(len(pins)), surface.faces[whole]))
+    if lone.size:
+        distance, nearest = cKDTree(places).query(surface.vertices[lone])
+        held[nearest[distance <= size]] = True
+    return hold_points(model, outside[held])
+
+
+def hold_points(model: ElasticModel, points: np.ndarray) -> ElasticModel:
+    """The body with the points of these indices held. Raises DataError for none or all of them."""
+    pinned = np.zeros(len(model.points), bool)
+    pinned[points] = True
+    if not pinned.any():
+        raise DataError(
+            "Pins: they hold no point of the body. Make a pin's region larger, or move it onto "
+            "the surface; coordinates are in metres, object axes."
+        )
+    if pinned[face_points(model)].all():
+        raise DataError("Pins: they hold the whole surface, nothing can move. Make them smaller.")
+    return replace(model, pinned=pinned)
+
+
+def loose_motions(model: ElasticModel) -> int:
+    """Rigid motions that the pins leave free: 0, 1 about a line, 3 about a point, 6 without pins."""
+    if not model.pinned.any():
+        return 6
+    places = model.points[model.pinned]
+    spread = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
+    spread = np.append(spread, [0, 0, 0])[:2] > 1e-6 * np.ptp(model.points, axis=0).max()
+    return {0: 3, 1: 1, 2: 0}[int(spread.sum())]
+
+
+def add_loads(model: ElasticModel, loads: tuple[Load, ...]) -> ElasticModel:
+    """The body with lumped masses fixed to it: M + Σ m NᵀN, N the motion of the load's place."""
+    mass = model.mass
+    for load in loads:
+        N = point_operator(model, load.position[None])
+        mass = mass + load.mass * (N.T @ N)
+    return replace(model, mass=mass.tocsr())
+
+
+def interpolation(model: ElasticModel, tet: np.ndarray, bary: np.ndarray) -> sparse.csr_matrix:
+    """(3n, 3P): displacement at barycentric coordinates `bary` (n, 4) of tetrahedra `tet` (n,)."""
+    element = ELEMENTS[model.element]
+    values, _ = element.basis(bary)
+    return each_axis(_rows(element.cells(model.mesh)[tet], values, len(model.points)))
+
+
+def gradient_at(model: ElasticModel, tet: np.ndarray, bary: np.ndarray):
+    """Points (n, k) of the tetrahedra and ∂N/∂x (n, k, 3) 1/m at these barycentric coordinates."""
+    element = ELEMENTS[model.element]
+    _, g = gradients(model.mesh.nodes, model.mesh.tets[tet])
+    return element.cells(model.mesh)[tet], element.basis(bary)[1] @ g
+
+
+def _rows(columns: np.ndarray, values: np.ndarray, count: int) -> sparse.csr_matrix:
+    """(n, count) csr with `values` (n, k) at `columns` (n, k)."""
+    n, k = columns.shape
+    starts = np.arange(0, n * k + 1, k)
+    return sparse.csr_matrix((values.ravel(), columns.ravel(), starts), shape=(n, count))
+
+
+def point_operator(model: ElasticModel, positions: np.ndarray) -> sparse.csr_matrix:
+    """(3n, 3P): displacement (m) of places (n, 3) m from those of the points.
+
+    In the body the shape functions. Off it a place moves rigidly with the nearest piece of
+    surface: u(x) = u(p) + w × (x - p), w = ½ curl u averaged over a patch of surface round p, so
+    that a marker on a post beside an edge does not turn with one triangle.
+    """
+    x = np.asarray(positions, float).reshape(-1, 3)
+    tet, bary = locate(x, model.mesh.nodes, model.mesh.tets)
+    off = np.flatnonzero(tet < 0)
+    skin = boundary(model.mesh)
+    if not off.size:
+        return interpolation(model, tet, bary)
+    face, weights, _ = nearest_face(x[off], model.mesh.nodes, skin.corners)
+    tet[off], bary[off] = skin.tet[face], skin.barycentric(face, weights)
+    operator = interpolation(model, tet, bary)
+    foot = np.einsum("nk,nki->ni", weights, model.mesh.nodes[skin.corners[face]])
+    turn = _patch_means(skin, face, foot) @ rotation_operator(model, skin)
+    lever = _cross_blocks(-(x[off] - foot)) @ turn
+    spread = sparse.csr_matrix(
+        (np.ones(off.size), (off, np.arange(off.size))), shape=(len(x), off.size)
+    )
+    return (operator + each_axis(spread) @ lever).tocsr()
+
+
+def rotation_operator(model: ElasticModel, skin: Faces) -> sparse.csr_matrix:
+    """(3F, 3P): ½ curl u (rad) at the middle of each boundary triangle."""
+    middle = skin.barycentric(np.arange(len(skin.tet)), np.full((len(skin.tet), 3), 1 / 3))
+    cells, g = gradient_at(model, skin.tet, middle)
+    n, k = cells.shape
+    blocks = np.zeros((n, k, 3, 3))
+    for i, j, m in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        blocks[:, :, i, m], blocks[:, :, i, j] = g[:, :, j] / 2, -g[:, :, m] / 2
+    starts = np.arange(0, n * k + 1, k)
+    shape = (3 * n, 3 * len(model.points))
+    return sparse.bsr_matrix((blocks.reshape(-1, 3, 3), cells.ravel(), starts), shape).tocsr()
+
+
+def _patch_means(skin: Faces, face: np.ndarray, foot: np.ndarray) -> sparse.csr_matrix:
+    """(3n, 3F): means over the boundary triangles round each foot (n, 3), fading with distance."""
+    reach = PATCH * skin.longest_edge[face]
+    near = cKDTree(skin.centres).query_ball_point(foot, reach)
+    row = np.repeat(np.arange(len(foot)), [len(f) for f in near])
+    column = np.concatenate([np.asarray(f, int) for f in near])
+    gap = np.linalg.norm(foot[row] - skin.centres[column], axis=1) / reach[row]
+    weight = skin.areas[column] * (1 - gap**2)
+    weight /= np.bincount(row, weight, len(foot))[row]
+    return each_axis(sparse.csr_matrix((weight, (row, column)), shape=(len(foot), len(skin.areas))))
+
+
+def _cross_blocks(r: np.ndarray) -> sparse.bsr_matrix:
+    """(3n, 3n) block diagonal r × for r (n, 3)."""
+    blocks = np.cross(r[:, None, :], np.eye(3)).transpose(0, 2, 1)
+    return sparse.bsr_matrix((blocks, np.arange(len(r)), np.arange(len(r) + 1)))
+
+
+def gravity_force(model: ElasticModel, g: np.ndarray) -> np.ndarray:
+    """(3P,) N: the weight of body and loads under the acceleration `g` (3,) m/s2."""
+    return model.mass @ np.tile(np.asarray(g, float), len(model.points))
+
+
+def static(model: ElasticModel, force: np.ndarray, youngs_modulus: float) -> np.ndarray:
+    """(P, 3) m: small displacement under `force` (3P,) N. Raises DataError when nothing is held."""
+    if loose_motions(model):
+        raise DataError("static: the pins leave the body free to move as a whole. Pin an area.")
+    free = model.free
+    factor = factorize(model.stiffness[free][:, free], np.repeat(model.points, 3, axis=0)[free])
+    u = np.zeros(3 * len(model.points))
+    u[free] = factor.solve(np.asarray(force, float)[free]) / youngs_modulus
+    return u.reshape(-1, 3)
+
+
+def surface_quadrature(model: ElasticModel) -> tuple[sparse.csr_matrix, np.ndarray, np.ndarray]:
+    """Points over the skin: operator (3q, 3P) to them, outward normals (q, 3), areas (q,) m2."""
+    operator, normals, areas, _ = _surface_points(model)
+    return operator, normals, areas
+
+
+def _surface_points(model: ElasticModel):
+    """As `surface_quadrature`, and the face (q,) that each point lies on."""
+    skin = boundary(model.mesh)
+    bary, weight = quadrature(2, 2 * ELEMENTS[model.element].degree)
+    face = np.repeat(np.arange(len(skin.tet)), len(weight))
+    where = skin.barycentric(face, np.tile(bary, (len(skin.tet), 1)))
+    operator = interpolation(model, skin.tet[face], where)
+    return operator, skin.normals[face], np.outer(skin.areas, weight).ravel(), face
+
+
+def surface_springs(model: ElasticModel, held: np.ndarray) -> sparse.csr_matrix:
+    """(3P, 3P) m2 = N/m per N/m3: ∫ NᵀN over the boundary triangles whose points are all `held`.
+
+    Raises DataError when no whole triangle is held.
+    """
+    points = face_points(model, each=True)
+    on = np.asarray(held, bool)[points].all(axis=1)
+    if not on.any():
+        raise DataError(
+            "Pins: no whole triangle of the mesh is held, so they have no area to give. Make the "
+            "pinned region larger or the mesh finer."
+        )
+    operator, _, areas, face = _surface_points(model)
+    weight = np.repeat(areas * on[face], 3)
+    out = (operator.T @ sparse.diags(weight) @ operator).tocsr()
+    out.eliminate_zeros()
+    return out
+
+
+def geometric_stiffness(model: ElasticModel, displacement: np.ndarray) -> sparse.csr_matrix:
+    """(3P, 3P) 1/m: initial-stress matrix ∫ ∇N_a·σ ∇N_b I of the linear stress of `displacement`.
+
+    At Y = 1 Pa: multiply by the Young's modulus at which `displacement` (P, 3) m was found.
+    Source: Zienkiewicz & Taylor, The Finite Element Method, vol. 2, ch. 11.
+    """
+    element = ELEMENTS[model.element]
+    mesh, u = model.mesh, np.asarray(displacement, float)
+    bary, weight = quadrature(3, max(0, 3 * (element.degree - 1)))
+    volume, _ = gradients(mesh.nodes, mesh.tets)
+    smoothed = element.divergence(mesh) @ u.ravel() if element.divergence else None
+    everyone, total = np.arange(len(mesh.tets)), 0
+    for x, w in zip(bary, weight, strict=True):
+        cells, g = gradient_at(model, everyone, np.broadcast_to(x, (len(mesh.tets), 4)))
+        stress = _stress(np.einsum("tki,tkj->tij", u[cells], g), smoothed, model.material)
+        total = total + (w * volume)[:, None, None] * (g @ stress @ g.transpose(0, 2, 1))
+    n = cells.shape[1]
+    rows, columns = np.repeat(cells, n, axis=1).ravel(), np.tile(cells, (1, n)).ravel()
+    count = len(model.points)
+    return each_axis(sparse.csr_matrix((total.ravel(), (rows, columns)), shape=(count, count)))
+
+
+def _stress(gradient: np.ndarray, dilatation: np.ndarray | None, material: Material) -> np.ndarray:
+    """Linear stress (n, 3, 3) at Y = 1 Pa of displacement gradients (n, 3, 3)."""
+    nu = material.poisson_ratio
+    strain = (gradient + gradient.transpose(0, 2, 1)) / 2
+    trace = np.trace(strain, axis1=1, axis2=2)
+    volumetric = trace if dilatation is None else dilatation
+    mu, kappa = 1 / (2 * (1 + nu)), 1 / (3 * (1 - 2 * nu))
+    return 2 * mu * strain + (kappa * volumetric - 2 / 3 * mu * trace)[:, None, None] * np.eye(3)

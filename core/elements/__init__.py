@@ -1,0 +1,8 @@
+"""The elements: one family, one interface, one file each."""
+
+from .element import Element, Matrices  # noqa: F401
+from .p1 import P1
+from .p1_smoothed import P1_SMOOTHED
+from .p2 import P2
+
+ELEMENTS = {element.name: element for element in (P1, P1_SMOOTHED, P2)}

@@ -1,0 +1,104 @@
+"""What all elements share: gradients, edges, quadrature, and sums over elements, in any dimension.
+
+D_ab = ∫ ∇N_a ⊗ ∇N_b is all that isotropic elasticity needs: B_ab = D_ab, and
+G_ab = tr(D_ab) I + D_abᵀ - ⅔ D_ab.
+"""
+
+from collections.abc import Callable
+from math import factorial
+
+import numpy as np
+from scipy import sparse
+from scipy.special import roots_jacobi
+
+EDGES = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])  # corners, in this order always
+
+
+def gradients(nodes: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Volumes (T,) m^d and gradients (T, d+1, d) 1/m of simplices' barycentric coordinates."""
+    d = cells.shape[1] - 1
+    edges = nodes[cells[:, 1:]] - nodes[cells[:, :1]]
+    others = np.linalg.inv(edges).transpose(0, 2, 1)
+    gradient = np.concatenate([-others.sum(axis=1, keepdims=True), others], axis=1)
+    return np.abs(np.linalg.det(edges)) / factorial(d), gradient
+
+
+def tet_edges(tets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The edges (E, 2), each once with its lower node first, and those of each tet (T, 6)."""
+    pairs = np.sort(tets[:, EDGES].reshape(-1, 2), axis=1)
+    count = int(tets.max()) + 1
+    key, where = np.unique(pairs[:, 0] * count + pairs[:, 1], return_inverse=True)
+    return np.column_stack(np.divmod(key, count)), where.reshape(-1, 6)
+
+
+def quadrature(dimension: int, degree: int) -> tuple[np.ndarray, np.ndarray]:
+    """Barycentric points (q, d+1) and weights (q,), sum 1, exact up to `degree`.
+
+    The conical product of Gauss-Jacobi rules (Stroud, Approximate Calculation of Multiple
+    Integrals, 1971, 2.4).
+    """
+    order = degree // 2 + 1
+    left, bary, weight = np.ones(1), np.zeros((1, 0)), np.ones(1)
+    for axis in range(dimension):
+        x, w = roots_jacobi(order, dimension - 1 - axis, 0)
+        x, w = (1 + x) / 2, w / w.sum()
+        bary = np.column_stack([np.repeat(bary, order, axis=0), np.outer(left, x).ravel()])
+        left, weight = np.outer(left, 1 - x).ravel(), np.outer(weight, w).ravel()
+    return np.column_stack([bary, left]), weight
+
+
+def pair_sums(cells: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, Callable, np.ndarray]:
+    """The block pattern of an assembled matrix: indices, indptr, a summing verb, the transpose.
+
+    The verb takes element entries (T, k, k) and returns those of the assembled pattern (nnz,); the
+    transpose (nnz,) tells where the mirrored entry is.
+    """
+    k = cells.shape[1]
+    key = (cells[:, :, None] * count + cells[:, None, :]).ravel()
+    unique, where = np.unique(key, return_inverse=True)
+    where = where.reshape(-1)
+    rows, columns = np.divmod(unique, count)
+    mirror = np.empty(len(unique), int)
+    mirror[where] = where.reshape(-1, k, k).transpose(0, 2, 1).ravel()
+
+    def add(entries: np.ndarray) -> np.ndarray:
+        return np.bincount(where, weights=entries.ravel(), minlength=len(unique))
+
+    return columns, np.searchsorted(rows, np.arange(count + 1)), add, mirror
+
+
+def gradient_products(
+    cells: np.ndarray, count: int, product: Callable[[int, int], np.ndarray], d: int = 3
+) -> sparse.bsr_matrix:
+    """D (d count, d count) in blocks d x d from element entries product(i, j) (T, k, k)."""
+    columns, starts, add, mirror = pair_sums(cells, count)
+    blocks = np.empty((len(columns), d, d))
+    for i in range(d):
+        for j in range(i, d):
+            blocks[:, i, j] = add(product(i, j))
+            blocks[:, j, i] = blocks[mirror, i, j]
+    return sparse.bsr_matrix((blocks, columns, starts), shape=(d * count, d * count))
+
+
+def shear_of(products: sparse.bsr_matrix) -> sparse.csr_matrix:
+    """G, the stiffness of the deviatoric part at mu = 1, from D in blocks 3 x 3."""
+    D = products.data
+    blocks = D.transpose(0, 2, 1) - 2 / 3 * D
+    blocks[:, range(3), range(3)] += np.trace(D, axis1=1, axis2=2)[:, None]
+    return sparse.bsr_matrix((blocks, products.indices, products.indptr), products.shape).tocsr()
+
+
+def scalar_matrix(cells: np.ndarray, count: int, entries: np.ndarray) -> sparse.csr_matrix:
+    """(count, count) csr from element entries (T, k, k)."""
+    columns, starts, add, _ = pair_sums(cells, count)
+    return sparse.csr_matrix((add(entries), columns, starts), shape=(count, count))
+
+
+def each_axis(scalar: sparse.csr_matrix, d: int = 3) -> sparse.csr_matrix:
+    """The same scalar matrix for every axis: (n, m) to (d n, d m)."""
+    scalar = scalar.tocsr()
+    blocks = scalar.data[:, None, None] * np.eye(d)
+    shape = (d * scalar.shape[0], d * scalar.shape[1])
+    out = sparse.bsr_matrix((blocks, scalar.indices, scalar.indptr), shape).tocsr()
+    out.eliminate_zeros()
+    return out
