@@ -117,12 +117,12 @@ def plucked(
         raise DataError(f"Pluck: no mode moves vertex {vertex} that way. Pick one off the pins.")
     q *= length / (q @ seen)
     fastest = frequency[rings & (np.abs(q) > 0)].max()
-    step = 1 / (40 * fastest)
+    step = 1 / (64 * fastest)
     time = np.arange(0, motion.time[-1] - motion.time[0] + step, step)
     weights = np.zeros((len(time), len(q)))
     p = poles(frequency[rings], damping_ratio[rings])
-    # from rest: Re(a exp(pt)) with a = 1 - i Re p / Im p has value 1 and slope 0 at t = 0
-    weights[:, rings] = q[rings] * ((1 - 1j * p.real / p.imag) * np.exp(np.outer(time, p))).real
+    # from rest: Re(a exp(pt)) with a = 1 + i Re p / Im p has value 1 and slope 0 at t = 0
+    weights[:, rings] = q[rings] * ((1 + 1j * p.real / p.imag) * np.exp(np.outer(time, p))).real
     return replace(motion, time=time, weights=weights)
 
 

@@ -34,6 +34,7 @@ def rd(extension):
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     parts = {name: f"core.{name}" for name in ("bake", "data", "errors")}
     parts |= {name: f"addon.{name}" for name in ("write", "read", "marks")}
+    parts |= {"job": "addon.job"}
     return SimpleNamespace(
         **{name: importlib.import_module(f"{NAME}.{path}") for name, path in parts.items()}
     )
