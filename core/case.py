@@ -1,0 +1,154 @@
+"""case.toml -> nouns. case_schema.py checks each field alone, this what they say together."""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+
+from .camera_fields import make_camera
+from .case_fields import read_table
+from .case_schema import CASE_FIELDS
+from .data import Camera, Case, Load, Marker, Material, Surface, Take
+from .errors import CaseError
+from .pins import HAIR, Box, Region, Sphere, held_vertices, vertices_region
+from .surface import closest_point, diagonal, read_surface
+from .takes import Scene, beside, read_recording
+
+FAR = 0.5  # of the object's diagonal: a place further off the surface is a mistake of units
+
+
+def read_case(path: str | Path, *, progress=None) -> Case:
+    """The case of a case.toml (or of the folder that holds one), everything in SI.
+
+    Files that it names are sought beside it. `progress(fraction, text)` is called while a video is
+    tracked. Raises CaseError for what the file says, MeshError and RecordingError for what the
+    files that it names hold; each message names the field, what it is and what is needed.
+    """
+    path = Path(path)
+    path = path / "case.toml" if path.is_dir() else path
+    fields = read_table(_parse(path), CASE_FIELDS, f"{path.name}:")
+    try:
+        return _make_case(fields, path.parent, progress)
+    except CaseError as error:
+        prefix = f"{path.name}: " if str(error).startswith("[") else ""
+        raise CaseError(f"{prefix}{error}") from error
+
+
+def _parse(path: Path) -> dict:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise CaseError(f"{path}: there is no such file. Give the path of a case.toml.") from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise CaseError(f"{path}: cannot be read ({error}). Save it as UTF-8 text.") from error
+    except tomllib.TOMLDecodeError as error:
+        raise CaseError(f"{path.name}: not TOML, {error}. Mend that line.") from error
+
+
+def _make_case(fields: dict, folder: Path, progress) -> Case:
+    body = fields["object"]
+    surface = read_surface(beside(folder, body["mesh"], "[object] mesh"), body["length_unit"])
+    regions = _regions(fields["pin"], surface)
+    pinned = held_vertices(surface, regions)
+    markers = _markers(fields["marker"])
+    on_object = {f"[[marker]] {m.name}": m.position for m in markers if m.on == "object"}
+    _check_near(surface, on_object)
+    camera = make_camera(fields["camera"], "[camera]") if fields["camera"] else None
+    _check_in_front(camera, markers)
+    scene = Scene(folder, markers, camera, diagonal(surface))
+    own = {"load": fields["load"], "gravity": body["gravity"]}
+    tables = {"[recording]": fields["recording"] | own}
+    tables |= {f"[[take]] {k + 1}": _overlaid(own, take) for k, take in enumerate(fields["take"])}
+    return Case(
+        name=fields["name"],
+        surface=surface,
+        material=Material(body["density"], body["poisson_ratio"]),
+        pinned=pinned,
+        takes=tuple(_take(one, where, surface, scene, progress) for where, one in tables.items()),
+        declared=fields["model"]["declared"] if fields["model"] else (),
+        claimed_youngs_modulus=body["youngs_modulus"],
+        shape=body["shape"],
+        pin_regions=regions,
+        folder=str(folder),
+    )
+
+
+def _overlaid(own: dict, take: dict) -> dict:
+    """The take's own loads and gravity where it gives them, else the case's."""
+    return take | {name: x if take[name] is None else take[name] for name, x in own.items()}
+
+
+def _take(fields: dict, where: str, surface: Surface, scene: Scene, progress) -> Take:
+    loads = tuple(Load(one["mass"], one["position"]) for one in fields["load"])
+    _check_near(surface, {f"{where} load {k + 1}": x.position for k, x in enumerate(loads)})
+    return Take(
+        read_recording(fields, where, scene, progress),
+        loads,
+        fields["gravity"],
+        fields.get("held_out", False),
+        fields["tracks"] or fields["video"],
+    )
+
+
+def _regions(pins: list[dict], surface: Surface) -> tuple[Region, ...]:
+    regions, hair = [], HAIR * diagonal(surface)
+    for k, pin in enumerate(pins):
+        where = f"[[pin]] {k + 1}"
+        given = [kind for kind, value in pin.items() if value is not None]
+        if len(given) != 1:
+            has = " and ".join(given) or "nothing"
+            raise CaseError(f"{where} has {has}; exactly one of box, sphere, vertices is needed.")
+        if given == ["box"]:
+            low, high = pin["box"]["min"], pin["box"]["max"]
+            if not (low < high).all():
+                raise CaseError(
+                    f"{where} box: min = {low.tolist()} and max = {high.tolist()}; min below max "
+                    "on every axis is needed. Swap them."
+                )
+            regions.append(Box(low, high, hair))
+        elif given == ["sphere"]:
+            regions.append(Sphere(**pin["sphere"], hair=hair))
+        else:
+            regions.append(vertices_region(surface, pin["vertices"], where))
+    return tuple(regions)
+
+
+def _markers(tables: list[dict]) -> tuple[Marker, ...]:
+    names = [one["name"] for one in tables]
+    for name in names:
+        if names.count(name) > 1:
+            raise CaseError(f'[[marker]]: the name "{name}" stands there twice. Rename one.')
+    if all(one["on"] == "support" for one in tables):
+        raise CaseError(
+            '[[marker]]: all are on = "support"; at least one on the object is needed. Add one.'
+        )
+    pixels = [None if one["pixel"] is None else tuple(one["pixel"].tolist()) for one in tables]
+    return tuple(
+        Marker(one["name"], one["position"], one["on"], pixel)
+        for one, pixel in zip(tables, pixels, strict=True)
+    )
+
+
+def _check_near(surface: Surface, places: dict[str, np.ndarray]) -> None:
+    """Raises CaseError for a place (3,) m, by its name, that is far off the surface."""
+    size = diagonal(surface)
+    for name, place in places.items():
+        away = closest_point(surface, place)[2][0]
+        if away > FAR * size:
+            raise CaseError(
+                f"{name}: position = {place.tolist()} is {away:.3g} m off the object's surface, "
+                f"whose diagonal is {size:.3g} m; at most {FAR * size:.3g} m is needed. Give it in "
+                "metres and object axes, and check [object] length_unit."
+            )
+
+
+def _check_in_front(camera: Camera | None, markers: tuple[Marker, ...]) -> None:
+    if camera is None or camera.kind == "orthographic":
+        return
+    for marker in markers:
+        depth = float(camera.rows[2] @ (marker.position - camera.position))
+        if depth <= 0:
+            raise CaseError(
+                f"[camera]: the marker {marker.name} is {-depth:.3g} m behind it; it must be in "
+                "front. Turn look around, or check position."
+            )
