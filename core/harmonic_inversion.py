@@ -38,7 +38,7 @@ def invert(
     return _ringdown(select(record, most).fit, time, given)
 
 
-def fit_poles(
+def fit_poles(  # noqa: PLR0913  (keywords for what most callers leave out)
     time: np.ndarray,
     signals: np.ndarray,
     frequency: np.ndarray,

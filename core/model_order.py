@@ -11,11 +11,15 @@ import numpy as np
 from scipy.special import chdtri
 
 from .pencil import evenly, shift_poles, signal_space, thinned
-from .varpro import Fit, Poles, basis, fit
+from .varpro import Fit, Poles, fit
 
 CHANCE = 1e-3  # of one false mode in a recording of white noise
-MATERIAL = 2e-3  # rms of the least mode worth a name, over that of the motion, in any channel
+MATERIAL = 5e-3  # rms of the least mode worth a name, over that of the motion, in any channel
 CLEARED = 0.99  # share of what was left, above which even a trifle is a mode
+MISFIT = 1.6  # residual over noise, above which the recording is not a sum of modes alone
+SAME_SHAPE = 0.9  # modal assurance criterion
+SAME_PITCH = 0.25  # relative difference
+SLOWEST = 0.7  # creep in nepers over the record; slower ones are polynomials
 CYCLES = 0.75  # of the slowest oscillation within the record; slower ones are trends
 OVERDAMPED = 0.97  # damping ratio beyond which nothing swings
 FADED = 1.5  # decay in nepers per sample beyond which a mode is a glitch of the first frame
@@ -113,7 +117,7 @@ def _poles_of(complex_poles: np.ndarray, record: Record) -> Poles:
     poles = Poles(np.maximum(-swinging.real, 0), swinging.imag, np.zeros(0))
     fine = believable(poles, record)
     real = complex_poles[np.abs(complex_poles.imag) <= 1e-6 / record.dt].real
-    creep = -real[(real < -0.2 / record.t[-1]) & (real > -FADED / record.dt)]
+    creep = -real[(real < -SLOWEST / record.t[-1]) & (real > -FADED / record.dt)]
     return Poles(poles.decay[fine], poles.omega[fine], creep)
 
 
@@ -160,38 +164,57 @@ def _without(poles: Poles, k: int) -> Poles:
     )
 
 
-def _needed(record: Record, small: Model, large: Model, omega: float | None) -> bool:
-    """True where what `large` has more is beyond chance, and beyond a trifle.
+def _needed(record: Record, small: Model, large: Model, k: int | None) -> bool:
+    """True where what `large` has more is beyond chance, beyond a trifle, and no makeshift.
 
-    `omega`: where in the spectrum it lies, None for a trend (1/s).
+    `k`: the pole in question, counted over modes and then creeps; None for a steeper trend.
     """
     channels = len(record.size)
-    extra = (2 * channels + 2) if omega is not None else (channels + 1)
+    swings = k is not None and k < large.modes
+    omega = large.fit.poles.omega[k] if swings else 2 * np.pi / record.t[-1]
     free = 1 - (large.fit.columns + 2) / record.size.mean()  # Bartlett's correction
     ratio = 2 * (small.fit.cost - large.fit.cost) * free
-    colour = inflation(large.fit, record.dt, [omega or 2 * np.pi / record.t[-1]])[0]
-    if ratio < _threshold(record, extra) * colour:
+    least = _threshold(record, (2 * channels + 2) if swings else (channels + 1))
+    if ratio < least * inflation(large.fit, record.dt, [omega])[0]:
         return False
-    motion = np.nansum((record.y - np.nanmean(record.y, axis=0)) ** 2, axis=0)
-    before = np.nansum(small.fit.residual**2, axis=0)
-    less = before - np.nansum(large.fit.residual**2, axis=0)
-    return bool((less > MATERIAL**2 * motion).any() or less.sum() > CLEARED * before.sum())
+    if swings and _makeshift(record, large, k):
+        return False
+    motion = np.nansum((record.y - np.nanmean(record.y, axis=0)) ** 2)
+    before = np.nansum(small.fit.residual**2)
+    less = before - np.nansum(large.fit.residual**2)
+    return bool(less > MATERIAL**2 * motion or less > CLEARED * before)
+
+
+def _makeshift(record: Record, model: Model, k: int) -> bool:
+    """True where mode k bends a stronger one that no sum of damped sinusoids describes.
+
+    It has the other's shape and nearly its pitch, and yet the residual stays above the noise:
+    friction, contact and large amplitudes look like that, a pair of true modes does not.
+    """
+    left = np.sqrt(np.nanmean(model.fit.residual**2, axis=0))
+    if np.median(left / np.where(record.floor > 0, record.floor, np.inf)) < MISFIT:
+        return False
+    shape = model.fit.amplitude / model.fit.noise
+    power = np.sum(np.abs(shape) ** 2, axis=1)
+    alike = np.abs(shape.conj() @ shape[k]) ** 2 > SAME_SHAPE * power * power[k]
+    omega = model.fit.poles.omega
+    near = np.abs(omega / omega[k] - 1) < SAME_PITCH
+    stronger = np.arange(model.modes) != k
+    return bool((alike & near & stronger & (power >= power[k])).any())
 
 
 def _pruned(record: Record, model: Model) -> Model:
-    """Without the weakest poles as long as their loss is no more than chance."""
+    """Without makeshifts, and without the weakest poles whose loss is no more than chance."""
     model = _reasonable(record, model)
     while True:
         poles = model.fit.poles
-        total = len(poles.vector) - len(poles.omega)
-        if not total:
-            return model
+        total = len(poles.decay) + len(poles.creep)
         rest = [model_of(record, _without(poles, k), model.degree, False) for k in range(total)]
-        weakest = sorted(range(total), key=lambda k: rest[k].fit.cost)[: 2 if total > 1 else 1]
-        for k in weakest:
+        order = sorted(range(total), key=lambda k: rest[k].fit.cost)
+        doubtful = [k for k in order if k < model.modes and _makeshift(record, model, k)]
+        for k in doubtful[:1] or order[:2]:
             smaller = model_of(record, _without(poles, k), model.degree)
-            omega = poles.omega[k] if k < len(poles.omega) else None
-            if not _needed(record, smaller, model, omega):
+            if not _needed(record, smaller, model, k):
                 model = _reasonable(record, smaller)
                 break
         else:
@@ -203,7 +226,7 @@ def _reasonable(record: Record, model: Model) -> Model:
     for _ in range(8):
         poles = model.fit.poles
         fine = believable(poles, record) & (poles.omega * record.dt < np.pi)
-        slow = (poles.creep * record.t[-1] > 0.05) & (poles.creep * record.dt < FADED)
+        slow = (poles.creep * record.t[-1] > SLOWEST) & (poles.creep * record.dt < FADED)
         if fine.all() and slow.all():
             return model
         poles = Poles(poles.decay[fine], poles.omega[fine], poles.creep[slow])
@@ -219,17 +242,17 @@ def _grown(record: Record, model: Model, most: int) -> Model | None:
     if model.degree and not len(model.fit.poles.creep):
         p = model.fit.poles
         tries = [Poles(p.decay, p.omega, np.array([c / record.t[-1]])) for c in (1.0, 4.0)]
-        steps += [(model_of(record, poles, 0), None) for poles in tries]
+        steps += [(model_of(record, poles, 0), model.modes) for poles in tries]
     if model.modes < most:
-        steps += [(m, w) for m, w in _one_more(record, model)]
-    for larger, omega in sorted(steps, key=lambda step: step[0].fit.cost):
+        steps += [(larger, model.modes) for larger in _one_more(record, model)]
+    for larger, k in sorted(steps, key=lambda step: step[0].fit.cost):
         whole = _reasonable(record, larger)
-        if whole is larger and _needed(record, model, larger, omega):
+        if whole is larger and _needed(record, model, larger, k):
             return larger
     return None
 
 
-def _one_more(record: Record, model: Model) -> list[tuple[Model, float]]:
+def _one_more(record: Record, model: Model) -> list[Model]:
     """Models with one more oscillation: from the residual's own poles, or by splitting one."""
     poles = model.fit.poles
     if 4 * (model.modes + 1) + 2 > record.size.min() - 4:
@@ -247,8 +270,7 @@ def _one_more(record: Record, model: Model) -> list[tuple[Model, float]]:
     ]
     quick = [(model_of(record, p, model.degree, False).fit.cost, n) for n, p in enumerate(starts)]
     chosen = [starts[n] for _, n in sorted(quick)[:2]]
-    refined = [model_of(record, p, model.degree) for p in chosen]
-    return [(m, m.fit.poles.omega[-1]) for m in refined]
+    return [model_of(record, p, model.degree) for p in chosen]
 
 
 # --- residuals that are not white -----------------------------------------------------------
@@ -281,7 +303,7 @@ def inflation(found: Fit, dt: float, omega) -> np.ndarray:
 
 
 def _density(series: np.ndarray, angle: float) -> float:
-    """Spectral density of an autoregression at `angle` rad per sample; white noise: its variance."""
+    """Density of an autoregression at `angle` rad per sample; of white noise: its variance."""
     count = len(series)
     variance = float(np.mean(series**2))
     if variance < 1e-30:
@@ -290,7 +312,7 @@ def _density(series: np.ndarray, angle: float) -> float:
     best, density = count * np.log(variance), variance
     a, error = np.array([1.0]), variance
     for order in range(1, min(9, count // 10)):
-        reflect = -(a @ correlation[order : 0 : -1]) / error
+        reflect = -(a @ correlation[order:0:-1]) / error
         a = np.append(a, 0.0) + reflect * np.append(0.0, a[::-1])
         error *= max(1 - reflect**2, 1e-6)
         score = count * np.log(error) + order * np.log(count)

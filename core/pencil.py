@@ -15,10 +15,10 @@ WIDEST = 8  # principal components of the channels: enough for as many independe
 def evenly(time: np.ndarray, signals: np.ndarray) -> tuple[float, np.ndarray]:
     """dt and (T', C): every channel interpolated onto an even grid, gaps bridged in a line."""
     dt = float(np.median(np.diff(time)))
-    grid = time[0] + dt * np.arange(int(round((time[-1] - time[0]) / dt)) + 1)
-    if len(grid) == len(time) and np.isfinite(signals).all():
-        if np.abs(grid - time).max() < 1e-3 * dt:
-            return dt, signals
+    grid = time[0] + dt * np.arange(round((time[-1] - time[0]) / dt) + 1)
+    even = len(grid) == len(time) and np.abs(grid - time).max() < 1e-3 * dt
+    if even and np.isfinite(signals).all():
+        return dt, signals
     filled = np.empty((len(grid), signals.shape[1]))
     for c, y in enumerate(signals.T):
         seen = np.isfinite(y)
