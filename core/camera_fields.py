@@ -70,7 +70,7 @@ def _orthographic_rows(fields: dict, where: str) -> np.ndarray:
     if abs(lean) > SQUARE:
         raise CaseError(
             f"{where} right and down meet at {90 - np.rad2deg(lean):.1f} degrees; 90 within "
-            f"{np.rad2deg(SQUARE):g} are needed. They are the image's x and y axes, in object axes."
+            f"{np.rad2deg(SQUARE):g} are needed. Give the image's x and y axes in object axes."
         )
     down = _unit(down - (down @ right) * right, where)
     return np.stack([right, down, np.cross(right, down)])
@@ -82,7 +82,7 @@ def _pinhole_rows(fields: dict, where: str) -> np.ndarray:
     if np.linalg.norm(across) < np.sin(PARALLEL):
         raise CaseError(
             f"{where} down = {shown(fields['down'].tolist())} points along look; the direction that"
-            " is down in the picture is needed, across look."
+            " is down in the picture is needed, across look. Correct it."
         )
     down = _unit(across, where)
     return np.stack([np.cross(down, look), down, look])
@@ -91,5 +91,5 @@ def _pinhole_rows(fields: dict, where: str) -> np.ndarray:
 def _unit(x: np.ndarray, where: str) -> np.ndarray:
     length = np.linalg.norm(x)
     if length == 0:
-        raise CaseError(f"{where} = [0, 0, 0]; a direction is needed.")
+        raise CaseError(f"{where} = [0, 0, 0]; a direction is needed. Correct it.")
     return x / length

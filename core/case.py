@@ -97,7 +97,7 @@ def _regions(pins: list[dict], surface: Surface) -> tuple[Region, ...]:
         given = [kind for kind, value in pin.items() if value is not None]
         if len(given) != 1:
             has = " and ".join(given) or "nothing"
-            raise CaseError(f"{where} has {has}; exactly one of box, sphere, vertices is needed.")
+            raise CaseError(f"{where} has {has}; one of box, sphere, vertices is needed. Name one.")
         if given == ["box"]:
             low, high = pin["box"]["min"], pin["box"]["max"]
             if not (low < high).all():

@@ -23,17 +23,18 @@ def read_table(table, fields: Mapping[str, Field], where: str) -> dict:
 
     Raises CaseError for a field that is unknown (with a suggestion), missing, or not as checked.
     """
+    head = where.rstrip(":")
     if not isinstance(table, dict):
-        raise CaseError(f"{where} is {shown(table)}; a table of fields is needed.")
+        raise CaseError(f"{head} is {shown(table)}; a table of fields is needed. Write it as one.")
     for name in table:
         if name not in fields:
-            raise CaseError(f"{where} has the unknown field {name}. {suggestion(name, fields)}")
+            raise CaseError(f"{head} has the unknown field {name}. {suggestion(name, fields)}")
     values = {}
     for name, field in fields.items():
         if name in table:
             values[name] = field.check(table[name], f"{where} {name}")
         elif field.required:
-            raise CaseError(f"{where} lacks the field {name}. Add it.")
+            raise CaseError(f"{head} lacks the field {name}. Add it.")
         else:
             values[name] = field.default
     return values
@@ -52,7 +53,8 @@ def suggestion(name: str, known) -> str:
 
 def shown(value) -> str:
     """The value as a person would write it into the file, cut at 40 characters."""
-    text = f'"{value}"' if isinstance(value, str) else str(value)
+    text = str(value).lower() if isinstance(value, bool) else str(value)
+    text = f'"{value}"' if isinstance(value, str) else text
     return text if len(text) <= 40 else text[:37] + "..."
 
 
@@ -64,7 +66,7 @@ def text() -> Callable:
 
     def check(value, where):
         if not isinstance(value, str) or not value.strip():
-            raise CaseError(f"{where} = {shown(value)}; a text in quotes is needed.")
+            raise CaseError(f"{where} = {shown(value)}; a text in quotes is needed. Correct it.")
         return value
 
     return check
@@ -75,8 +77,9 @@ def choice(*allowed: str) -> Callable:
 
     def check(value, where):
         if value not in allowed:
-            wanted = " or ".join(f'"{one}"' for one in allowed)
-            raise CaseError(f"{where} = {shown(value)}; {wanted} is needed.")
+            *most, last = (f'"{one}"' for one in allowed)
+            wanted = f"{', '.join(most)} or {last}"
+            raise CaseError(f"{where} = {shown(value)}; {wanted} is needed. Choose one of them.")
         return value
 
     return check
@@ -87,7 +90,7 @@ def flag() -> Callable:
 
     def check(value, where):
         if not isinstance(value, bool):
-            raise CaseError(f"{where} = {shown(value)}; true or false is needed.")
+            raise CaseError(f"{where} = {shown(value)}; true or false is needed. Correct it.")
         return value
 
     return check
@@ -100,7 +103,7 @@ def number(
     above: float | None = None,
     below: float | None = None,
     unit: str = "",
-    hint: str = "",
+    hint: str = "Correct it.",
 ) -> Callable:
     """A finite number with low <= x <= high and above < x < below, in `unit`."""
     wanted = _range_text(low, high, above, below)
@@ -115,7 +118,7 @@ def number(
         )
         if not inside:
             what = f"{wanted} {unit}".strip()
-            raise CaseError(f"{where} = {shown(value)}; {what} is needed. {hint}".strip())
+            raise CaseError(f"{where} = {shown(value)}; {what} is needed. {hint}")
         return x
 
     return check
@@ -127,7 +130,7 @@ def vector(size: int, *, high: float | None = None, unit: str = "") -> Callable:
 
     def check(value, where):
         if not isinstance(value, list) or len(value) != size:
-            raise CaseError(f"{where} = {shown(value)}; {what} is needed.")
+            raise CaseError(f"{where} = {shown(value)}; {what} is needed. Correct it.")
         x = np.array([_finite(one, where, what) for one in value])
         if high is not None and np.abs(x).max() > high:
             raise CaseError(
@@ -141,14 +144,14 @@ def vector(size: int, *, high: float | None = None, unit: str = "") -> Callable:
 
 def integers(*, size: int | None = None, low: int = 0) -> Callable:
     """A list of whole numbers >= `low`, of length `size` or at least one: an int array."""
-    count = "at least one" if size is None else str(size)
+    what = "one or more whole numbers" if size is None else f"{size} whole numbers"
 
     def check(value, where):
         good = isinstance(value, list) and (len(value) == size if size else len(value) > 0)
         if not good or not all(type(one) is int and one >= low for one in value):
             raise CaseError(
-                f"{where} = {shown(value)}; a list of {count} whole numbers, {low} or more, "
-                "is needed."
+                f"{where} = {shown(value)}; a list of {what}, none below {low}, is needed. "
+                "Correct it."
             )
         return np.array(value, int)
 
@@ -160,7 +163,9 @@ def texts(known: tuple[str, ...]) -> Callable:
 
     def check(value, where):
         if not isinstance(value, list):
-            raise CaseError(f"{where} = {shown(value)}; a list of names is needed, [] for none.")
+            raise CaseError(
+                f"{where} = {shown(value)}; a list of names is needed. Use [] for none."
+            )
         for name in value:
             if name not in known:
                 raise CaseError(
@@ -184,7 +189,10 @@ def tables(fields: Mapping[str, Field], *, fewest: int = 0) -> Callable:
     def check(value, where):
         head = _headed(where, "[[{}]]")
         if not isinstance(value, list) or len(value) < fewest:
-            raise CaseError(f"{head} is {shown(value)}; {fewest} or more such tables are needed.")
+            raise CaseError(
+                f"{head} is {shown(value)}; {fewest} or more such tables are needed. "
+                "Mind the double brackets."
+            )
         return [read_table(one, fields, f"{head} {k + 1}") for k, one in enumerate(value)]
 
     return check
@@ -198,9 +206,9 @@ def _headed(where: str, form: str) -> str:
 
 def _finite(value, where: str, what: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise CaseError(f"{where} = {shown(value)}; {what} is needed.")
+        raise CaseError(f"{where} = {shown(value)}; {what} is needed. Correct it.")
     if not np.isfinite(value):
-        raise CaseError(f"{where} = {shown(value)}; {what}, finite, is needed.")
+        raise CaseError(f"{where} = {shown(value)}; {what}, finite, is needed. Correct it.")
     return float(value)
 
 

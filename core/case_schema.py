@@ -33,7 +33,7 @@ EFFECT_NAMES = (
 GRAVITY = vector(3, high=100, unit="m/s2")
 PLACE = vector(3, unit="m")
 LOAD_FIELDS = {
-    "mass": Field(number(above=0, unit="kg"), required=True),
+    "mass": Field(number(above=0, unit="kg", hint="Weigh it."), required=True),
     "position": Field(PLACE, required=True),
 }
 OBJECT_FIELDS = {
@@ -63,7 +63,9 @@ PIN_FIELDS = {
 RECORDING_FIELDS = {
     "tracks": Field(text()),
     "video": Field(text()),
-    "capture_fps": Field(number(above=0, high=1e7, unit="frames per second")),
+    "capture_fps": Field(
+        number(above=0, high=1e7, unit="frames per second", hint="Give the camera's real rate.")
+    ),
     "start": Field(number(unit="s")),
     "stop": Field(number(unit="s")),
 }

@@ -32,7 +32,9 @@ def read_recording(fields: dict, where: str, scene: Scene, progress=None) -> Rec
     """
     if (fields["tracks"] is None) == (fields["video"] is None):
         has = "nothing" if fields["tracks"] is None else "both"
-        raise CaseError(f"{where} has {has} of tracks and video; exactly one of them is needed.")
+        raise CaseError(
+            f"{where} has {has} of tracks and video; exactly one of them is needed. Name one."
+        )
     if fields["tracks"] is not None:
         recording = _from_tracks(fields, where, scene)
     else:
@@ -108,12 +110,12 @@ def _limited(recording: Recording, fields: dict, where: str) -> Recording:
         if instant is not None and not first <= instant <= last + 1e-9:
             raise CaseError(
                 f"{where} {name} = {instant:g} s; it must be within the recording, {first:g} to "
-                f"{last:g} s."
+                f"{last:g} s. Correct it, or leave it out."
             )
     start, stop = fields["start"], fields["stop"]
     if start is not None and stop is not None and start >= stop:
         raise CaseError(
-            f"{where} start = {start:g} s, stop = {stop:g} s; start before stop is needed."
+            f"{where} start = {start:g} s, stop = {stop:g} s; start before stop is needed. Swap them."
         )
     return replace(recording, start=start, stop=stop)
 
