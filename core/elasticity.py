@@ -60,7 +60,8 @@ def hold(
     A boundary point is held when it is nearer to the pinned triangles (all three `pinned_vertices`
     (V,) bool) than to the rest of the surface, but for a hair; when the closest point of the
     surface, or it itself, lies in a region (`contains` (n, 3) -> (n,) bool), which also serves
-    triangles that straddle it; or when it is the nearest point to a pinned vertex without a pinned triangle.
+    triangles that straddle it; or when it is the nearest point to a pinned vertex that has no
+    pinned triangle.
     Raises DataError when nothing or everything is held.
     """
     pins = np.asarray(pinned_vertices, bool)
@@ -97,7 +98,7 @@ def hold_points(model: ElasticModel, points: np.ndarray) -> ElasticModel:
 
 
 def loose_motions(model: ElasticModel) -> int:
-    """Rigid motions that the pins leave free: 0, 1 about a line, 3 about a point, 6 without pins."""
+    """Rigid motions that the pins leave: 0, 1 about a line, 3 about a point, 6 without pins."""
     if not model.pinned.any():
         return 6
     places = model.points[model.pinned]

@@ -1,0 +1,163 @@
+import numpy as np
+import pytest
+from scipy.sparse.linalg import spsolve
+
+from core.boundary import face_points
+from core.data import Material, TetMesh
+from core.elasticity import assemble, hold_points
+from core.elements import ELEMENTS
+from core.elements.simplex import gradients, quadrature
+from core.errors import DataError
+from core.modes import solve_modes
+from tests.core.solids import block
+
+FOAM = Material(60.0, 0.3)
+MESH = block((4, 3, 3), (0.4, 0.2, 0.3), jitter=0.3)
+every_element = pytest.mark.parametrize("element", ELEMENTS)
+
+
+def linear_field(points):
+    return points @ np.array([[0.1, 0.3, -0.2], [0.0, 0.2, 0.5], [0.4, -0.1, 0.05]])
+
+
+@every_element
+def test_a_linear_field_on_the_skin_is_the_solution_inside(element):
+    model = assemble(MESH, FOAM, element)
+    exact = linear_field(model.points).ravel()
+    skin = np.isin(np.arange(len(model.points)), face_points(model))
+    inner, outer = np.flatnonzero(np.repeat(~skin, 3)), np.flatnonzero(np.repeat(skin, 3))
+    K = model.stiffness
+    got = spsolve(K[inner][:, inner].tocsc(), -K[inner][:, outer] @ exact[outer])
+    assert inner.size
+    assert got == pytest.approx(exact[inner], abs=1e-11)
+
+
+@every_element
+def test_the_energy_of_a_linear_field_is_its_strain_energy(element):
+    model = assemble(MESH, FOAM, element)
+    u = linear_field(model.points).ravel()
+    strain = (lambda A: (A + A.T) / 2)(linear_field(np.eye(3)))
+    deviator = strain - np.trace(strain) / 3 * np.eye(3)
+    assert u @ (model.shear @ u) == pytest.approx(2 * np.sum(deviator**2) * MESH.volume)
+    assert u @ (model.bulk @ u) == pytest.approx(np.trace(strain) ** 2 * MESH.volume)
+
+
+@every_element
+def test_rigid_motions_carry_no_energy(element):
+    model = assemble(MESH, FOAM, element)
+    turn = np.cross(model.points - [1.0, 2.0, 3.0], [0.3, -1.0, 0.5])
+    force = model.stiffness @ turn.ravel()
+    assert np.abs(force).max() < 1e-13 * np.abs(model.stiffness).max() * 10
+
+
+@every_element
+def test_the_mass_matrix_sums_to_the_mass(element):
+    model = assemble(MESH, FOAM, element)
+    assert model.mass.sum() == pytest.approx(3 * 60.0 * 0.4 * 0.2 * 0.3)
+
+
+@every_element
+def test_the_mass_matrix_knows_the_moment_of_inertia(element):
+    model = assemble(MESH, FOAM, element)
+    spin = np.cross([0, 0, 1.0], model.points - [0.2, 0.1, 0.15]).ravel()
+    exact = 60.0 * 0.4 * 0.2 * 0.3 * (0.4**2 + 0.2**2) / 12
+    assert spin @ (model.mass @ spin) == pytest.approx(exact)
+
+
+@every_element
+def test_a_free_body_has_six_zero_modes_and_no_more(element):
+    f = solve_modes(assemble(MESH, FOAM, element), 8).frequency
+    assert (f[:6] < 1e-5 * f[6]).all()
+    assert f[6] > 0
+
+
+@every_element
+def test_stiffness_matrices_are_exactly_symmetric(element):
+    model = assemble(MESH, FOAM, element)
+    for matrix in (model.shear, model.bulk, model.mass):
+        assert abs(matrix - matrix.T).max() <= 1e-15 * abs(matrix).max()
+
+
+@every_element
+def test_a_uniform_scale_of_stiffness_scales_eigenvalues(element):
+    model = assemble(MESH, FOAM, element)
+    twice = assemble(MESH, FOAM, element, stiffness_scale=np.full(len(MESH.tets), 2.0))
+    assert abs(twice.stiffness - 2 * model.stiffness).max() < 1e-12
+
+
+@every_element
+def test_stiffness_of_a_soft_half_lies_between_soft_and_stiff(element):
+    half = np.where(MESH.nodes[MESH.tets].mean(1)[:, 0] > 0.2, 0.25, 1.0)
+    u = np.random.default_rng(0).standard_normal(3 * len(assemble(MESH, FOAM, element).points))
+    energy = [
+        u @ (assemble(MESH, FOAM, element, stiffness_scale=s).stiffness @ u)
+        for s in (0.25 + 0 * half, half, 1 + 0 * half)
+    ]
+    assert energy[0] < energy[1] < energy[2]
+
+
+@every_element
+def test_numbering_of_the_nodes_does_not_change_frequencies(element):
+    shuffled = np.random.default_rng(2).permutation(len(MESH.nodes))
+    place = np.argsort(shuffled)
+    other = TetMesh(MESH.nodes[shuffled], place[MESH.tets][:, [1, 2, 0, 3]])
+    got, want = (solve_modes(assemble(m, FOAM, element), 10).frequency for m in (other, MESH))
+    assert got[6:] == pytest.approx(want[6:], rel=1e-9)
+
+
+@every_element
+def test_the_bar_comes_nearer_to_its_limit_with_every_refinement(element):
+    found = []
+    for n in (1, 2, 3):
+        model = assemble(block((5 * n, n, n), (0.5, 0.1, 0.1)), FOAM, element)
+        model = hold_points(model, np.flatnonzero(model.points[:, 0] == 0))
+        found.append(solve_modes(model, 1).frequency[0])
+    fine = assemble(block((16, 4, 4), (0.5, 0.1, 0.1)), FOAM, "p2")
+    fine = hold_points(fine, np.flatnonzero(fine.points[:, 0] == 0))
+    errors = np.abs(np.array(found) / solve_modes(fine, 1).frequency[0] - 1)
+    assert errors[2] < errors[0]
+    assert errors[2] < {"p1": 0.25, "p2": 0.006}.get(element, 0.12)
+
+
+def excess(element, nu):
+    """Error of the first frequency of a bar two elements thick."""
+    models = (
+        assemble(block(n, (1.0, 0.1, 0.1)), Material(1000.0, nu), e)
+        for n, e in (((20, 2, 2), element), ((40, 4, 4), "p2"))
+    )
+    held = (hold_points(m, np.flatnonzero(m.points[:, 0] == 0)) for m in models)
+    coarse, fine = (solve_modes(m, 1).frequency[0] for m in held)
+    return coarse / fine - 1
+
+
+def test_smoothing_unlocks_linear_tetrahedra_up_to_a_poisson_ratio_of_0499():
+    assert excess("p1", 0.49) > 1
+    assert abs(excess("p1_smoothed", 0.49)) < 0.06
+    assert abs(excess("p1_smoothed", 0.499)) < 0.08
+
+
+def test_quadrature_is_exact_for_monomials_up_to_its_degree():
+    from math import factorial
+
+    for d in (1, 2, 3):
+        bary, weight = quadrature(d, 4)
+        for powers in np.ndindex(*(3,) * (d + 1)):
+            if sum(powers) <= 4:
+                exact = np.prod([factorial(p) for p in powers]) * factorial(d)
+                exact /= factorial(sum(powers) + d)
+                assert weight @ np.prod(bary ** np.array(powers), axis=1) == pytest.approx(exact)
+
+
+def test_gradients_of_barycentric_coordinates_are_those_of_linear_functions():
+    volume, g = gradients(MESH.nodes, MESH.tets)
+    slope = np.array([0.3, -2.0, 1.0])
+    got = np.einsum("tk,tki->ti", (MESH.nodes @ slope)[MESH.tets], g)
+    assert got == pytest.approx(np.broadcast_to(slope, got.shape))
+    assert volume.sum() == pytest.approx(0.4 * 0.2 * 0.3)
+
+
+def test_an_unknown_element_and_a_negative_scale_are_refused():
+    with pytest.raises(DataError, match='"p3"'):
+        assemble(MESH, FOAM, "p3")
+    with pytest.raises(DataError, match="above 0"):
+        assemble(MESH, FOAM, "p1", stiffness_scale=np.full(len(MESH.tets), -1.0))
