@@ -115,7 +115,8 @@ def _limited(recording: Recording, fields: dict, where: str) -> Recording:
     start, stop = fields["start"], fields["stop"]
     if start is not None and stop is not None and start >= stop:
         raise CaseError(
-            f"{where} start = {start:g} s, stop = {stop:g} s; start before stop is needed. Swap them."
+            f"{where} start = {start:g} s, stop = {stop:g} s; start before stop is needed. "
+            "Swap them."
         )
     return replace(recording, start=start, stop=stop)
 

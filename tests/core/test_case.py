@@ -302,7 +302,7 @@ def test_two_dimensional_tracks_need_a_capture_rate(read):
         ("tracks =", "start = 0.5\ntracks =", ["start = 0.5", "0 to 0.39 s"]),
         ("tracks =", "stop = -1\ntracks =", ["stop = -1", "0 to 0.39 s"]),
         ("tracks =", "start = 0.3\nstop = 0.2\ntracks =", ["start before stop"]),
-        ("tracks =", 'video = "a.mp4"\ntracks =', ["both", "one of box, sphere"]),
+        ("tracks =", 'video = "a.mp4"\ntracks =', ["both", "one of them"]),
         ("tracks.csv", "track.csv", ["track.csv", "no such file", "tracks.csv"]),
         ("beam.obj", "bean.obj", ["mesh", "bean.obj", "Did you mean beam.obj"]),
         ('name = "tip"', 'name = "tip"\non = "table"', ["on", "table", "support"]),

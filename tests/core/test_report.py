@@ -154,8 +154,8 @@ def test_a_refused_recording_may_leave_its_errors_open(report):
 def test_names_of_markers_are_a_parameter_without_an_interval(report):
     names = {"value": ["tip", "ear"], "ci95": None, "unit": ""}
     check_report(put(report, "diagnosis.effects.0.parameters", {"markers": names}))
+    wrong = {"markers": names | {"ci95": [0, 1]}}
     with pytest.raises(ValueError, match="markers"):
-        wrong = {"markers": {"value": ["tip"], "ci95": [0, 1], "unit": ""}}
         check_report(put(report, "diagnosis.effects.0.parameters", wrong))
 
 
