@@ -1,0 +1,36 @@
+"""Force against the motion that grows with speed squared: air, water.
+
+Law         traction = c |v| v per unit of surface seen from the motion
+Tells       the damping ratio falls with the amplitude while the pitch stays
+Looks like  dry_friction the other way round; an extra mode of the same shape
+Source      Blevins, Flow-Induced Vibration (1990), ch. 6
+"""
+
+import numpy as np
+
+from .base import Effect, Parameter
+
+
+def acceleration(theta, setting, state):
+    """theta = inner coefficient times the first amplitude (1)."""
+    force = theta[:, 0] / setting.amplitude * np.abs(state.dx) * state.dx
+    return -force[:, None] * setting.drive
+
+
+def report(theta, setting, strength):
+    """kg/m3: the inner coefficient (1/m) times modal mass over the surface that pushes air."""
+    return {"coefficient": theta[0] / setting.amplitude * setting.modal_mass / setting.drag_area}
+
+
+EFFECT = Effect(
+    name="air_drag",
+    layer="time",
+    parameters=(Parameter("coefficient", "kg/m3", 0.0, 1e5),),
+    twins=("dry_friction",),
+    settle="film a take of twice the amplitude, or one with a card fixed to the object",
+    low=(0.0,),
+    high=(5.0,),
+    starts=lambda setting, residual: [(0.03,), (0.2,)],
+    acceleration=acceleration,
+    report=report,
+)

@@ -1,0 +1,38 @@
+"""Stiffer one way than the other: a curved wall, a fold, a preload that slackens.
+
+Law         u'' + ... + w^2 u = -w^2 b |x|^p A^(1-p) at the reference, p = 1 (bilinear) to 2 (quadratic)
+Tells       the mean shifts with amplitude, a second harmonic; both flip with the side of release
+Looks like  contact, relaxation, perspective; release from both sides settles it
+Source      Nayfeh and Mook, Nonlinear Oscillations (1979), 2.3.1 (quadratic), ch. 3 (bilinear)
+"""
+
+import numpy as np
+
+from .base import Effect, Parameter
+
+
+def acceleration(theta, setting, state):
+    """Even force at the reference; theta = (b, p)."""
+    size = np.abs(state.x) / setting.amplitude + 1e-12
+    even = theta[:, 0] * size ** theta[:, 1] * setting.amplitude
+    return -(setting.omega[0] ** 2) * even[:, None] * setting.drive
+
+
+def report(theta, setting, strength):
+    """Secant stiffness of the stiffer side over the other at the first amplitude."""
+    b = min(abs(theta[0]), 0.95)
+    return {"ratio": (1 + b) / (1 - b)}
+
+
+EFFECT = Effect(
+    name="asymmetric_stiffness",
+    layer="time",
+    parameters=(Parameter("ratio", "1", 1.0, 40.0),),
+    twins=("contact", "relaxation", "perspective"),
+    settle="release it once from the other side: the shift of the mean changes its sign",
+    low=(-0.8, 1.0),
+    high=(0.8, 2.0),
+    starts=lambda setting, residual: [(0.05, 1.3), (-0.05, 1.3), (0.3, 1.3), (-0.3, 1.3)],
+    acceleration=acceleration,
+    report=report,
+)

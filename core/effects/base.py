@@ -1,0 +1,90 @@
+"""What an effect is: one frozen noun that each file of this folder fills in."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of an effect, as the report gives it."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What the hooks of the time layer are told about the motion; metres at the reference.
+
+    The reference is the place and direction of the marker that moves most; x = sum_k couple_k u_k
+    is its displacement, and a unit force per `modal_mass` there accelerates u_k by drive_k.
+    """
+
+    omega: np.ndarray  # (K,) rad/s natural, of the declared fit
+    zeta: np.ndarray  # (K,)
+    couple: np.ndarray  # (K,)
+    drive: np.ndarray  # (K,)
+    amplitude: float  # m, of the first mode at the reference at release
+    modal_mass: float  # kg of the first mode, normalised at the reference; NaN = not known
+    drag_area: float  # m2, integral of |S|^3 over the surface seen from the motion; NaN = not known
+    duration: float  # s, of the longest fitted part
+    plucked: bool = True  # let go from rest rather than knocked
+
+
+@dataclass(frozen=True, eq=False)
+class Effect:
+    """A physical effect. Empty hooks are not its business.
+
+    Time layer, in inner parameters theta (B, p), which are dimensionless (see each file):
+      acceleration(theta, setting, state) -> (B, K)   added to the modal equations; `state` is a
+          State with u, v, t and the effect's own memory, which the hook updates
+      columns(theta, setting, time, u) -> (B, T, q)   motion with a free shape
+      clock(theta, setting, time) -> (B, T)           instants at which the model is seen
+      delay(theta, setting, row) -> (B, C)            s, later sight of single channels
+      starts(setting, residual) -> list of theta      where the fit begins
+      report(theta, setting, strength) -> {name: value}  contract parameters; strength (q,) is
+          the columns at the reference, m
+    """
+
+    name: str
+    layer: str  # "time" | "modal" | "camera"
+    parameters: tuple[Parameter, ...]
+    twins: tuple[str, ...]
+    settle: str  # the experiment that would separate it from its twins
+    low: tuple[float, ...] = ()
+    high: tuple[float, ...] = ()
+    starts: Callable | None = None
+    acceleration: Callable | None = None
+    memory: int = 0  # numbers kept per simulated motion; -1 = one per mode
+    begin: Callable | None = None  # (theta, setting, u) -> (B, memory), at release
+    columns: Callable | None = None
+    channels: Callable | None = None  # (theta, setting, take) -> (C,) bool: who has the columns
+    clock: Callable | None = None
+    delay: Callable | None = None
+    report: Callable | None = None
+    given: Callable | None = None  # (take index) -> (T, C), known motion taken off
+    requires: Callable | None = None  # (setting, takes) -> reason why not, or ""
+    change_model: Callable | None = None  # modal layer
+    grid: tuple = field(default_factory=tuple)  # modal layer: inner values spanning the basis
+
+
+@dataclass(eq=False)
+class State:
+    """Batch of motions at one instant, for `acceleration`."""
+
+    u: np.ndarray  # (B, K) m
+    v: np.ndarray  # (B, K) m/s
+    t: float  # s
+    h: float  # s, the step
+    x: np.ndarray  # (B,) m at the reference
+    dx: np.ndarray  # (B,) m/s at the reference
+    memory: np.ndarray | None = None
+
+
+def refuse_nothing(setting, takes) -> str:
+    """Every recording can show it."""
+    return ""

@@ -1,0 +1,46 @@
+"""A stop, or a crack that closes, past a gap on one side.
+
+Law         f = -k max(0, side x - gap) at the reference
+Tells       the pitch drops to a constant once the amplitude falls below the gap; sharp harmonics
+Looks like  large_amplitude, asymmetric_stiffness; with no gap relaxation
+Source      Shaw and Holmes, J. Sound Vib. 90 (1983) 129: a periodically forced piecewise oscillator
+"""
+
+import numpy as np
+
+from .base import Effect, Parameter
+
+
+def _side(side):
+    def acceleration(theta, setting, state):
+        gap = theta[:, 0] * setting.amplitude
+        push = np.maximum(0.0, side * state.x - gap) * np.exp(theta[:, 1])
+        return -(setting.omega[0] ** 2) * side * push[:, None] * setting.drive
+
+    return acceleration
+
+
+def report(theta, setting, strength):
+    """m at the marker that moves most."""
+    return {"gap": theta[0] * setting.amplitude}
+
+
+def _variant(side):
+    return Effect(
+        name="contact",
+        layer="time",
+        parameters=(Parameter("gap", "m", 0.0, 10.0),),
+        twins=("asymmetric_stiffness", "large_amplitude", "relaxation"),
+        settle="film a take so small that nothing can touch, or hold a paper in the gap",
+        low=(0.0, np.log(0.01)),
+        high=(0.98, np.log(300.0)),
+        starts=lambda setting, residual: [
+            (gap, np.log(k)) for gap in (0.15, 0.4, 0.7) for k in (0.3, 6.0)
+        ],
+        acceleration=_side(side),
+        report=report,
+    )
+
+
+ABOVE = _variant(1.0)
+BELOW = _variant(-1.0)

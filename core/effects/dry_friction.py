@@ -1,0 +1,42 @@
+"""A rubbing contact: a force of constant size against the motion, after a little elastic slip.
+
+Law         f = -F z, z' = x'/d while |z| < 1 (Jenkins element: a spring of travel d and a slider)
+Tells       the envelope falls by the same amount each cycle, a dead stop, an offset that stays
+Looks like  air_drag of negative sign with more damping; stiffness_drift for a short record
+Source      Iwan, J. Appl. Mech. 33 (1966) 893; Rayleigh, The Theory of Sound, vol. 1, 46
+"""
+
+import numpy as np
+
+from .base import Effect, Parameter
+
+
+def acceleration(theta, setting, state):
+    """theta = (force over modal stiffness times amplitude, log of travel over amplitude)."""
+    travel = np.exp(theta[:, 1]) * setting.amplitude
+    memory = np.clip(state.memory[:, 0] + state.dx * state.h / travel, -1, 1)
+    state.memory = memory[:, None]
+    size = theta[:, 0] * setting.omega[0] ** 2 * setting.amplitude
+    return -(size * memory)[:, None] * setting.drive
+
+
+def report(theta, setting, strength):
+    """N at the marker that moves most; a rub elsewhere is as much larger as it moves less."""
+    stiffness = setting.modal_mass * setting.omega[0] ** 2
+    return {"force": theta[0] * stiffness * setting.amplitude}
+
+
+EFFECT = Effect(
+    name="dry_friction",
+    layer="time",
+    parameters=(Parameter("force", "N", 0.0, 1e3),),
+    twins=("air_drag",),
+    settle="film until it stands still, and once with the suspected place lifted or oiled",
+    low=(0.0, np.log(2e-4)),
+    high=(0.5, np.log(0.5)),
+    starts=lambda setting, residual: [(0.01, np.log(0.01)), (0.04, np.log(0.05))],
+    acceleration=acceleration,
+    memory=1,
+    begin=lambda theta, setting, u: np.zeros((len(u), 1)),
+    report=report,
+)

@@ -1,0 +1,34 @@
+"""Motion towards the camera is seen as scale: the camera is nearer than was declared.
+
+Law         pixel = principal + (pixel - principal) / (1 - d/D), d the motion towards the camera
+Tells       a second harmonic at once (no dynamics), patterned by the place in the picture
+Looks like  asymmetric_stiffness, whose second harmonic is filtered by the mode
+Source      Hartley and Zisserman, Multiple View Geometry (2004), 6.3: weak perspective's next term
+"""
+
+import numpy as np
+
+from .base import Effect, Parameter
+
+
+def columns(theta, setting, time, u):
+    """The squares and products of the modal motions, seen at once."""
+    first, second = np.triu_indices(min(u.shape[2], 2))
+    return u[:, :, first] * u[:, :, second] / setting.amplitude
+
+
+def requires(setting, takes):
+    """Only pixels can show it."""
+    return "" if takes[0].values.size and takes[0].take.recording.camera else "the tracks are 3-D"
+
+
+EFFECT = Effect(
+    name="perspective",
+    layer="camera",
+    parameters=(Parameter("distance", "m", 1e-3, 1e3),),
+    twins=("asymmetric_stiffness",),
+    settle="film from twice the distance with the lens zoomed in",
+    starts=lambda setting, residual: [()],
+    columns=columns,
+    requires=requires,
+)

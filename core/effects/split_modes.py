@@ -1,0 +1,36 @@
+"""Two nearly equal modes where the symmetric model has a degenerate pair.
+
+Law         a second mode at f (1 + s) in another direction
+Tells       slow beating, a motion that turns
+Looks like  anything that depends on amplitude, when the second direction is not seen
+Source      Rayleigh, The Theory of Sound, vol. 1, 221 a (split modes of bells)
+"""
+
+import numpy as np
+
+from .base import Effect, Parameter
+
+
+def columns(theta, setting, time, u):
+    """cos and sin of the second mode with free shapes; theta = (split, damping ratio)."""
+    omega = setting.omega[0] * (1 + theta[:, 0])[:, None]
+    zeta = theta[:, 1][:, None]
+    phase = omega * np.sqrt(1 - zeta**2) * time
+    fall = np.exp(-zeta * omega * time)
+    return np.stack([fall * np.cos(phase), fall * np.sin(phase)], axis=2)
+
+
+EFFECT = Effect(
+    name="split_modes",
+    layer="time",
+    parameters=(Parameter("split", "1", -0.15, 0.15),),
+    twins=("tracker_drift",),
+    settle="pull it along each of its two axes of symmetry and release: each rings alone",
+    low=(-0.17, 1e-4),
+    high=(0.17, 0.3),
+    starts=lambda setting, residual: [
+        (s, float(np.clip(setting.zeta[0], 0.003, 0.2))) for s in (-0.08, -0.02, 0.02, 0.08)
+    ],
+    columns=columns,
+    report=lambda theta, setting, strength: {"split": abs(theta[0])},
+)

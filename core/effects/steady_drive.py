@@ -1,0 +1,51 @@
+"""A steady outside vibration: a fan, a pump, traffic.
+
+Law         the support moves by a sin(2 pi F t + p)
+Tells       a line that does not decay, and stays after the ring-down
+Looks like  a lightly damped mode while the record is short
+Source      Den Hartog, Mechanical Vibrations (1956), 2.8
+"""
+
+import numpy as np
+
+from .base import Effect, Parameter
+
+
+def columns(theta, setting, time, u):
+    """cos and sin of the line, each with a shape of its own; theta = log of its frequency."""
+    phase = 2 * np.pi * np.exp(theta[:, 0])[:, None] * time
+    return np.stack([np.cos(phase), np.sin(phase)], axis=2)
+
+
+def starts(setting, residual):
+    """The three strongest lines of the second half of the residual [(time, (T, C))]."""
+    time, values = residual
+    half = len(time) // 2
+    tail, span = values[half:], time[-1] - time[half]
+    step = np.median(np.diff(time))
+    grid = np.arange(1 / max(span, 1e-9), 0.45 / step, 0.2 / max(span, 1e-9))
+    if not len(grid):
+        return []
+    wave = np.exp(-2j * np.pi * np.outer(grid, time[half:]))
+    power = (np.abs(wave @ np.nan_to_num(tail - np.nanmean(tail, axis=0))) ** 2).sum(axis=1)
+    found = []
+    for i in np.argsort(-power):
+        if all(abs(grid[i] - f) > 1.5 / span for f in found):
+            found.append(grid[i])
+        if len(found) == 3:
+            break
+    return [(np.log(f),) for f in found]
+
+
+EFFECT = Effect(
+    name="steady_drive",
+    layer="time",
+    parameters=(Parameter("frequency", "Hz", 0.0, 1e4), Parameter("amplitude", "m", 0.0, 10.0)),
+    twins=(),
+    settle="film the object at rest: a line that stays comes from outside",
+    low=(np.log(0.02),),
+    high=(np.log(2e3),),
+    starts=starts,
+    columns=columns,
+    report=lambda theta, setting, strength: {"frequency": np.exp(theta[0])},
+)

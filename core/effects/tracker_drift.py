@@ -1,0 +1,74 @@
+"""A marker wanders slowly or jumps: the tracker lost its grip, not the object its physics.
+
+Law         y_m += a polynomial in time, or a step, in one marker only
+Tells       one marker leaves the motion that all others share
+Looks like  split_modes when there are few markers; relaxation when one marker dominates
+Source      Baker and Matthews, Int. J. Comput. Vis. 56 (2004) 221: template drift
+"""
+
+import numpy as np
+
+from .base import Effect, Parameter
+
+PARAMETERS = (Parameter("markers", "names", 0, 0),)
+SETTLE = "track again with a larger pattern, or put a better mark there"
+
+
+def _bends(time, span, count):
+    """Smooth hats (..., T, count) over [0, span], the last of which goes on as a constant."""
+    place = np.clip(time / span, 0, 1) * count
+    return np.stack([np.clip(place - k, 0, 1) for k in range(count)], axis=-1)
+
+
+def wander(marker: int) -> Effect:
+    """Slow wandering of one marker, by slopes over five equal parts of the record."""
+    return Effect(
+        name="tracker_drift",
+        layer="camera",
+        parameters=PARAMETERS,
+        twins=("split_modes",),
+        settle=SETTLE,
+        starts=lambda setting, residual: [()],
+        columns=lambda theta, setting, time, u: _bends(time, setting.duration, 5),
+        channels=lambda setting, take: take.marker == marker,
+    )
+
+
+def jump(marker: int, when: float) -> Effect:
+    """A step of one marker at the instant `when` (s)."""
+    return Effect(
+        name="tracker_drift",
+        layer="camera",
+        parameters=PARAMETERS,
+        twins=("split_modes", "lost_frames"),
+        settle=SETTLE,
+        starts=lambda setting, residual: [()],
+        columns=lambda theta, setting, time, u: (time >= when)[:, :, None].astype(float),
+        channels=lambda setting, take: take.marker == marker,
+    )
+
+
+def propose(data, residual: np.ndarray) -> list[tuple[int, Effect]]:
+    """(marker, effect) worth a fit: markers whose residual (T, C) stands out from the others'."""
+    size = np.array(
+        [
+            np.nanmean((residual[:, data.marker == m] / data.sigma[data.marker == m]) ** 2)
+            for m in range(data.marker.max() + 1)
+        ]
+    )
+    worst = np.argsort(-size)[:2]
+    found = []
+    for m in worst:
+        found.append((int(m), wander(int(m))))
+        at = _best_step(residual[:, data.marker == m])
+        found.append((int(m), jump(int(m), float(data.time[at]))))
+    return found
+
+
+def _best_step(values: np.ndarray) -> int:
+    """Index of the split of (T, d) into two means that leaves least."""
+    y = np.nan_to_num(values - np.nanmean(values, axis=0))
+    total, T = np.cumsum(y, axis=0), len(y)
+    n = np.arange(1, T)[:, None]
+    gain = (total[:-1] ** 2 / n + (total[-1] - total[:-1]) ** 2 / (T - n)).sum(axis=1)
+    return int(np.argmax(gain[2:-2])) + 3 if T > 8 else T // 2

@@ -1,0 +1,69 @@
+"""From a take to its free motion and its ring-down, with the noise it was recorded in."""
+
+import numpy as np
+
+from .channels import Channels, free_motion
+from .data import RingDown, Take
+from .errors import RecordingError
+from .harmonic_inversion import invert
+from .noise_floor import noise_floor
+
+PERIODS = 2.0  # of the lowest mode that a recording must hold
+
+
+def listen(take: Take, find_release) -> tuple[Channels, RingDown]:
+    """Channels and ring-down (t0 = release) of `take`; find_release(time, signals) where unknown.
+
+    Raises RecordingError where nothing moves, no mode is found, or fewer than two periods are left.
+    """
+    recording = take.recording
+    window = release(take, find_release)
+    T = len(recording.time)
+    inside = (recording.time >= window[0] - 1e-9) & (recording.time <= window[1] + 1e-9)
+    values = recording.values.reshape(T, -1)[inside]
+    time = recording.time[inside]
+    if inside.sum() < 12:
+        free_motion(take, window, np.ones(values.shape[1]))
+    noise = np.maximum(noise_floor(time, values), 1e-12 * np.nanstd(values) + 1e-300)
+    data = free_motion(take, window, noise)
+    use = data.fit if not take.held_out else np.ones(len(data.time), bool)
+    moving = ~data.support
+    ring = invert(data.time[use], data.values[use][:, moving], noise=noise[moving])
+    if not len(ring.frequency):
+        raise RecordingError(
+            f"recording {take.name}: no oscillation stands out of the noise. "
+            "Release it from further out, come closer with the camera, or record sooner."
+        )
+    span, period = np.ptp(data.time), 1 / ring.frequency[0]
+    if span < PERIODS * period:
+        raise RecordingError(
+            f"recording {take.name}: it lasts {span:.3g} s after the release, "
+            f"{span / period:.2g} periods of the lowest mode; {PERIODS:g} are needed. Record longer."
+        )
+    return data, _spread(ring, moving, noise)
+
+
+def release(take: Take, find_release) -> tuple[float, float]:
+    """Instants (s) between which the object moves freely: as declared, or as seen."""
+    recording = take.recording
+    if recording.start is not None and recording.stop is not None:
+        return recording.start, recording.stop
+    values = recording.values.reshape(len(recording.time), -1)
+    on = np.repeat([m.on == "object" for m in recording.markers], recording.values.shape[2])
+    if recording.start is None:
+        start, stop = find_release(recording.time, values[:, on])
+    else:
+        start, stop = recording.start, float(recording.time[-1])
+    return start, recording.stop if recording.stop is not None else stop
+
+
+def _spread(ring: RingDown, moving: np.ndarray, noise: np.ndarray) -> RingDown:
+    """The ring-down with still channels put back as zeros."""
+    amplitude = np.zeros((len(ring.frequency), len(moving)), complex)
+    amplitude[:, moving] = ring.amplitude
+    offset = np.zeros(len(moving))
+    offset[moving] = ring.offset
+    return RingDown(
+        ring.frequency, ring.damping_ratio, amplitude, offset, noise, ring.covariance, ring.t0,
+        ring.warnings,
+    )

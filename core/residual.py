@@ -1,0 +1,71 @@
+"""What a prediction leaves: how much, against which noise, and by which signature."""
+
+import numpy as np
+
+from .channels import Channels
+
+
+def parts(takes: tuple[Channels, ...], held: bool) -> list[np.ndarray]:
+    """Per take (T, C) bool: the known samples that are held out, or that are fitted.
+
+    Of a whole held-out take its first two periods do not count; `fit` marks them.
+    """
+    out = []
+    for data in takes:
+        rows = ~data.fit if held else (data.fit & (not data.take.held_out))
+        out.append(data.known & rows[:, None] & ~data.support[None])
+    whole = any(t.take.held_out for t in takes)
+    if whole and held:  # thirds are held out only where no whole take is
+        out = [o if t.take.held_out else o & False for o, t in zip(out, takes, strict=True)]
+    return out
+
+
+def nrmse(takes: tuple[Channels, ...], predicted, held: bool) -> float:
+    """RMS of measured minus predicted over RMS of the motion about its mean, same samples."""
+    wrong = moved = 0.0
+    for data, guess, use in zip(takes, predicted, parts(takes, held), strict=True):
+        if not use.any():
+            continue
+        values = np.where(use, data.values, np.nan)
+        busy = use.any(axis=0)
+        mean = np.nanmean(values[:, busy], axis=0)
+        moved += np.nansum((values[:, busy] - mean) ** 2)
+        wrong += np.nansum((values - guess)[:, busy] ** 2)
+    return float(np.sqrt(wrong / max(moved, 1e-300)))
+
+
+def noise_share(takes: tuple[Channels, ...], held: bool) -> float:
+    """The recording's own noise in the normalisation of `nrmse`."""
+    noise = moved = 0.0
+    for data, use in zip(takes, parts(takes, held), strict=True):
+        if not use.any():
+            continue
+        values = np.where(use, data.values, np.nan)
+        busy = use.any(axis=0)
+        mean = np.nanmean(values[:, busy], axis=0)
+        moved += np.nansum((values[:, busy] - mean) ** 2)
+        noise += (use * data.sigma**2).sum()
+    return float(np.sqrt(noise / max(moved, 1e-300)))
+
+
+def misfit(takes: tuple[Channels, ...], predicted, held: bool) -> tuple[float, int]:
+    """Sum of squared residuals in noise units, and how many samples it is over."""
+    total, count = 0.0, 0
+    for data, guess, use in zip(takes, predicted, parts(takes, held), strict=True):
+        if use.any():
+            left = np.where(use, (data.values - guess) / data.sigma, 0.0)
+            total += float((left**2).sum())
+            count += int(use.sum())
+    return total, count
+
+
+def motion_rms(takes: tuple[Channels, ...]) -> float:
+    """RMS over the fitted samples of the motion about its mean, in noise units."""
+    total, count = 0.0, 0
+    for data, use in zip(takes, parts(takes, False), strict=True):
+        if use.any():
+            values = np.where(use, data.values / data.sigma, np.nan)
+            busy = use.any(axis=0)
+            total += np.nansum((values[:, busy] - np.nanmean(values[:, busy], axis=0)) ** 2)
+            count += int(use.sum())
+    return float(np.sqrt(total / max(count, 1)))

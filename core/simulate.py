@@ -1,0 +1,77 @@
+"""Motion of the measured modes with the found effects: exact for what is linear, stepped else."""
+
+import numpy as np
+
+from .effects.base import Setting, State
+
+STEPS_PER_PERIOD = 40  # of the first mode; only the added forces see the step, and as its square
+
+
+def free_swing(omega, zeta, start, time):
+    """u, u' (B, T, K) of u'' + 2 z w u' + w^2 u = 0 from start (B, 2, K) at times (B, T), t >= 0."""
+    return _glide(omega, zeta, (start[:, None, 0], start[:, None, 1]), time[:, :, None])
+
+
+def swing(omega, zeta, start, time, forces: list, setting: Setting):
+    """u, u' (B, T, K) with the accelerations of `forces` [(effect, theta (B, p)), ...].
+
+    Strang splitting: half a kick, the exact linear flow, half a kick, the two halves between
+    steps taken as one with the speed extrapolated to their middle; a step cut short by the same
+    rule leads to the instants `time` (B, T). With no force it is `free_swing`.
+    """
+    if not forces:
+        return free_swing(omega, zeta, start, time)
+    step = 2 * np.pi / (STEPS_PER_PERIOD * setting.omega[0])
+    count = int(np.ceil(time.max() / step)) + 1
+    flow = _flow(omega, zeta, step)
+    u, v = start[:, 0].copy(), start[:, 1].copy()
+    memories = [e.begin(th, setting, u) if e.begin else None for e, th in forces]
+    path = np.empty((count + 1, 3, *u.shape))
+    half = step / 2
+    kick = _kick(forces, memories, setting, (u, v, 0.0, 0.0))
+    path[0] = u, v, kick
+    for i in range(count):
+        v = v + half * kick
+        u, v = flow[0] * u + flow[1] * v, flow[2] * u + flow[3] * v
+        kick = _kick(forces, memories, setting, (u, v + half * kick, (i + 1) * step, step))
+        v = v + half * kick
+        path[i + 1] = u, v, kick
+    place = np.minimum((time / step).astype(int), count)
+    batch = np.arange(len(time))[:, None]
+    rest = (time - place * step)[:, :, None]
+    u, v, kick = (path[place, j, batch] for j in range(3))
+    u, v = _glide(omega, zeta, (u, v + rest / 2 * kick), rest)
+    return u, v + rest / 2 * kick
+
+
+def _flow(omega, zeta, step):
+    """The four (B, K) entries of the linear map over one step."""
+    B, K = omega.shape
+    out = []
+    for unit in ((1.0, 0.0), (0.0, 1.0)):
+        start = np.empty((B, 2, K))
+        start[:, 0], start[:, 1] = unit
+        u, v = free_swing(omega, zeta, start, np.full((B, 1), step))
+        out.append((u[:, 0], v[:, 0]))
+    return out[0][0], out[1][0], out[0][1], out[1][1]
+
+
+def _kick(forces, memories, setting, now):
+    u, v, t, h = now
+    x, dx = u @ setting.couple, v @ setting.couple
+    total = 0.0
+    for j, (effect, theta) in enumerate(forces):
+        state = State(u, v, t, h, x, dx, memories[j])
+        total = total + effect.acceleration(theta, setting, state)
+        memories[j] = state.memory
+    return total
+
+
+def _glide(omega, zeta, start, rest):
+    """u, u' (B, T, K) after the linear flow over `rest` (B, T, 1) from start (u, v) (B, T, K)."""
+    w = (omega * np.sqrt(np.clip(1 - zeta**2, 1e-12, None)))[:, None]
+    d, o = (zeta * omega)[:, None], omega[:, None]
+    u0, v0 = start
+    envelope, cos, sin = np.exp(-d * rest), np.cos(w * rest), np.sin(w * rest)
+    u = envelope * (u0 * cos + (v0 + d * u0) / w * sin)
+    return u, envelope * (v0 * cos - (o**2 * u0 + d * v0) / w * sin)

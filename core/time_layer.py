@@ -1,0 +1,159 @@
+"""Which effect in time explains what the declared modes leave: race, fit, confirm.
+
+1. every effect is started from several places on a short horizon; the best few are fitted whole
+2. an effect counts when the evidence is strong (BIC), when it is material, when it accounts for
+   most of what was left, and when it also predicts what was held out
+3. one that does nearly as well as the best is its twin
+4. pairs are searched from a beam of the best singles, so that neither masks the other
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .effects import TIME_EFFECTS, base_motion, lost_frames, tracker_drift
+from .effects.base import Effect
+from .residual import misfit, motion_rms, nrmse
+from .timefit import TimeFit, extend, fit, screen
+
+EVIDENCE = 20.0  # least gain in BIC (Kass and Raftery 1995 call 10 very strong)
+MATERIAL = 0.005  # least share of the motion's RMS
+NEARLY = 0.80  # of the best one's gain makes a twin
+BEAM = 4
+RUNNERS = 2  # starting places of an effect that are fitted
+HORIZONS = (0.4, 1.0)  # shares of the fitted part: from short to long, lest a phase slip traps
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A fit with effects added, and how much of the declared fit's excess it takes away."""
+
+    names: tuple[str, ...]
+    found: TimeFit
+    evidence: float  # gain in BIC over the declared fit
+    share: float  # of the excess over noise, fitted part
+    held_share: float  # of the excess over noise, held-out part; NaN where there is none
+    markers: tuple[str, ...] = ()
+
+    @property
+    def confirmed(self) -> bool:
+        """Accounts for most of the excess where it was fitted and where it was not."""
+        return self.share >= 0.8 and not self.held_share < 0.7
+
+
+def excess(found: TimeFit) -> float:
+    """RMS of what is left over noise, as a share of the motion's RMS (fitted part)."""
+    left, count = misfit(found.law.takes, found.predicted, False)
+    return float(np.sqrt(max(left / max(count, 1) - 1, 0)) / motion_rms(found.law.takes))
+
+
+def judge(names, found: TimeFit, start: TimeFit, markers=()) -> Candidate:
+    """Compare `found` with the declared fit `start`."""
+    parameters = found.unknowns - start.unknowns
+    evidence = start.chi2 - found.chi2 - parameters * np.log(max(found.samples, 2))
+    share = _taken(found, start, False)
+    return Candidate(names, found, float(evidence), share, _taken(found, start, True), markers)
+
+
+def _taken(found: TimeFit, start: TimeFit, held: bool) -> float:
+    before, count = misfit(start.law.takes, start.predicted, held)
+    after, _ = misfit(found.law.takes, found.predicted, held)
+    over = before - count
+    if held and over < 0.5 * count:
+        return np.nan
+    return float((before - max(after, 0)) / max(over, 1e-9))
+
+
+def proposals(start: TimeFit) -> list[tuple[Effect, tuple[str, ...]]]:
+    """All effects that this recording can show, those made from its residual included."""
+    law = start.law
+    declared = {e.name for e in law.effects}
+    out = [(e, ()) for e in TIME_EFFECTS]
+    data = law.takes[law.fitted[0]]
+    residual = data.values - start.predicted[law.fitted[0]]
+    names = [m.name for m in data.take.recording.markers]
+    if len(np.unique(data.marker[~data.support])) >= 3:
+        out += [(e, (names[m],)) for m, e in tracker_drift.propose(data, residual)]
+    if np.isfinite(residual).all(axis=1).sum() > 12:
+        out += [(e, ()) for e in _jumps(start, data, residual)]
+    if _common_is_possible(start, data):
+        shared = tuple(
+            base_motion.common_motion(t, t.values - p) if p is not None else 0 * t.values
+            for t, p in zip(law.takes, start.predicted, strict=True)
+        )
+        out.append((base_motion.shaken(shared), ()))
+    return [
+        (e, m)
+        for e, m in out
+        if e.name not in declared and not (e.requires and e.requires(law.setting, law.takes))
+    ]
+
+
+def _jumps(start: TimeFit, data, residual):
+    """One effect a count of jumps, each found in what the last one leaves."""
+    jumps, out, found, left = (), [], start, residual
+    for _ in range(lost_frames.MOST):
+        guess = found.predicted[start.law.fitted[0]]
+        at = lost_frames.next_jump(data, left, np.gradient(guess, data.time, axis=0))
+        jumps += (at,)
+        out.append(lost_frames.lost(jumps))
+        law, p = extend(start, (out[-1],), [()])
+        found = fit(law, p, evaluations=4)
+        left = data.values - found.predicted[start.law.fitted[0]]
+    return out
+
+
+def _common_is_possible(start: TimeFit, data) -> bool:
+    """A marker on the support shows it; else the markers must not sit together."""
+    if data.support.any():
+        return True
+    markers = np.unique(data.marker)
+    size = [np.linalg.norm(start.shapes[0][data.marker == m]) for m in markers]
+    return len(markers) >= 3 and min(size) < 0.35 * max(size)
+
+
+def race(start: TimeFit, effect: Effect) -> TimeFit | None:
+    """The best fit of `start` with `effect`, from the most promising of its starting places."""
+    data = start.law.takes[start.law.fitted[0]]
+    residual = (data.time[data.fit], (data.values - start.predicted[start.law.fitted[0]])[data.fit])
+    begins = effect.starts(start.law.setting, residual)
+    if not begins:
+        return None
+    promise = screen(start, effect, begins)
+    done = []
+    for i in np.argsort(-promise)[:RUNNERS]:
+        law, p = extend(start, (effect,), [begins[i]])
+        done.append(fit(law, p, horizons=HORIZONS if len(effect.low) else (1.0,)))
+    return min(done, key=lambda t: t.chi2)
+
+
+def singles(start: TimeFit, before: tuple[str, ...] = (), against: TimeFit | None = None):
+    """The best candidate of every name, best evidence first."""
+    best = {}
+    for effect, markers in proposals(start):
+        found = race(start, effect)
+        if found is None or not np.isfinite(found.chi2):
+            continue
+        candidate = judge((*before, effect.name), found, against or start, markers)
+        if effect.name not in best or candidate.evidence > best[effect.name].evidence:
+            best[effect.name] = candidate
+    return sorted(best.values(), key=lambda c: -c.evidence)
+
+
+def pairs(start: TimeFit, ranked: list[Candidate]) -> list[Candidate]:
+    """Candidates of two effects, from a beam of the best singles, best evidence first."""
+    best = {}
+    for single in ranked[:BEAM]:
+        if single.evidence < EVIDENCE:
+            break
+        for candidate in singles(single.found, single.names, start):
+            candidate = replace(candidate, markers=candidate.markers or single.markers)
+            key = tuple(sorted(candidate.names))
+            if key not in best or candidate.evidence > best[key].evidence:
+                best[key] = candidate
+    return sorted(best.values(), key=lambda c: -c.evidence)
+
+
+def held_out(found: TimeFit) -> float:
+    """Held-out NRMSE."""
+    return nrmse(found.law.takes, found.predicted, True)

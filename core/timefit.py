@@ -1,0 +1,345 @@
+"""Fit the modes of the tracks, with effects simulated in them, by variable projection.
+
+Law         y_c(t) = offset_c + sum_k S_kc u_k(t - delay_c) + columns with shapes of their own
+Unknown     pitch and damping per mode, start of every take, the effects' parameters (searched);
+            shapes S, offsets and columns' shapes are linear and drop out of the search
+Source      Golub and Pereyra, Inverse Problems 19 (2003) R1 (variable projection)
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from .channels import Channels
+from .effects.base import Effect, Setting
+from .simulate import swing
+
+PIN = 1e3  # weight that keeps S at the reference at one, so that u is in metres there
+
+
+@dataclass(frozen=True, eq=False)
+class Law:
+    """What is fitted: how many modes, how they lose energy, with which effects."""
+
+    takes: tuple[Channels, ...]
+    condition: tuple[int, ...]  # per take: which loads and gravity; shapes are shared within
+    reference: np.ndarray  # (K, C) weights: reference_k . S_k = 1
+    setting: Setting
+    damping: str = "free"  # "free" | "common" | "none"
+    effects: tuple[Effect, ...] = ()
+
+    @property
+    def modes(self) -> int:
+        return len(self.reference)
+
+    @property
+    def fitted(self) -> list[int]:
+        """Takes that take part in the fit."""
+        return [i for i, t in enumerate(self.takes) if not t.take.held_out]
+
+    def sizes(self) -> tuple[int, int, int]:
+        """Numbers of parameters for pitch and damping, starts, effects."""
+        conditions = max(self.condition[i] for i in self.fitted) + 1
+        return 2 * self.modes * conditions, 2 * self.modes * len(self.fitted), sum(
+            len(e.low) for e in self.effects
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class TimeFit:
+    """A fitted law, with what it leaves."""
+
+    law: Law
+    parameters: np.ndarray
+    covariance: np.ndarray
+    coefficients: np.ndarray  # (C, nb)
+    predicted: tuple[np.ndarray, ...]  # per take (T, C), fit and held-out part
+    chi2: float  # over the fitted samples
+    samples: int
+    unknowns: int
+    residuals: np.ndarray  # (R,) noise units
+    jacobian: np.ndarray  # (R, p)
+    motions: tuple[np.ndarray, ...] = ()  # per fitted take (T, K) u
+
+    @property
+    def frequency(self) -> np.ndarray:
+        """(K,) Hz natural, of the first condition"""
+        return np.exp(self.parameters[: self.law.modes])
+
+    @property
+    def damping_ratio(self) -> np.ndarray:
+        """(K,)"""
+        K = self.law.modes
+        if self.law.damping == "none":
+            return np.zeros(K)
+        z = self.parameters[K : 2 * K]
+        return np.full(K, z[0]) if self.law.damping == "common" else z
+
+    @property
+    def theta(self) -> list[np.ndarray]:
+        """Inner parameters, one array an effect."""
+        a, b, _ = self.law.sizes()
+        return _split(self.law.effects, self.parameters[None, a + b :])
+
+    @property
+    def shapes(self) -> np.ndarray:
+        """(K, C) of the first condition, channels' unit per metre at the reference."""
+        return self.coefficients[:, : self.law.modes].T
+
+
+def _split(effects, theta):
+    out, at = [], 0
+    for effect in effects:
+        out.append(theta[:, at : at + len(effect.low)])
+        at += len(effect.low)
+    return out
+
+
+def _unpack(law: Law, P: np.ndarray, take: int):
+    """omega (B, K), zeta (B, K), start (B, 2, K), thetas of the fitted take number `take`."""
+    K = law.modes
+    a, b, _ = law.sizes()
+    at = 2 * K * law.condition[law.fitted[take]]
+    omega = 2 * np.pi * np.exp(P[:, at : at + K])
+    zeta = P[:, at + K : at + 2 * K]
+    if law.damping == "common":
+        zeta = np.repeat(zeta[:, :1], K, axis=1)
+    if law.damping == "none":
+        zeta = np.zeros_like(zeta)
+    start = P[:, a + 2 * K * take : a + 2 * K * (take + 1)].reshape(-1, 2, K)
+    start = start * np.stack([np.ones_like(omega), omega], axis=1)
+    return omega, zeta, start, _split(law.effects, P[:, a + b :])
+
+
+def _motion(law: Law, unpacked, data: Channels):
+    """u, u' (B, T, K), the columns (B, T, q), the delays (B, C) or None."""
+    omega, zeta, start, thetas = unpacked
+    time = np.broadcast_to(data.time, (len(omega), len(data.time)))
+    pairs = list(zip(law.effects, thetas, strict=True))
+    for effect, theta in pairs:
+        if effect.clock:
+            time = np.maximum(effect.clock(theta, law.setting, time), 0)
+    forces = [(e, th) for e, th in pairs if e.acceleration]
+    u, v = swing(omega, zeta, start, time, forces, law.setting)
+    columns, delay = [], None
+    camera = data.take.recording.camera
+    if camera is not None and camera.readout:
+        delay = np.broadcast_to(camera.readout * data.row, (len(omega), len(data.row)))
+    for effect, theta in pairs:
+        if effect.columns:
+            columns.append((effect, effect.columns(theta, law.setting, time, u)))
+        if effect.delay:
+            delay = effect.delay(theta, law.setting, data.row) + (0 if delay is None else delay)
+    return u, v, columns, delay
+
+
+def _basis(law: Law, unpacked, take: int):
+    """Basis (B, 1 or C, T, nb) of the fitted take number `take`, and who may not use it."""
+    data = law.takes[law.fitted[take]]
+    u, v, columns, delay = _motion(law, unpacked, data)
+    omega = unpacked[0]
+    u = u[:, None]
+    if delay is not None:
+        turn = (omega[:, None] * delay[:, :, None])[:, :, None]  # (B, C, 1, K)
+        u = u * np.cos(turn) + v[:, None] / omega[:, None, None] * np.sin(turn)
+    B, D, T, K = u.shape
+    conditions = max(law.condition[i] for i in law.fitted) + 1
+    widths = [c.shape[2] for _, c in columns]
+    each = 1 + sum(widths)
+    nb = K * conditions + each * len(law.fitted)
+    basis = np.zeros((B, D, T, nb))
+    at = K * law.condition[law.fitted[take]]
+    basis[:, :, :, at : at + K] = u
+    at = K * conditions + each * take
+    basis[:, :, :, at] = 1
+    barred = np.zeros((len(data.sigma), nb), bool)
+    barred[data.support, : K * conditions] = True
+    at += 1
+    for (effect, values), width in zip(columns, widths, strict=True):
+        basis[:, :, :, at : at + width] = values[:, None]
+        if effect.channels:
+            barred[~effect.channels(law.setting, data), at : at + width] = True
+        at += width
+    return basis, barred
+
+
+def _given(law: Law, take: int):
+    """Values (T, C) of the fitted take without what effects subtract as known motion."""
+    data = law.takes[law.fitted[take]]
+    return data.values - sum(e.given(law.fitted[take]) for e in law.effects if e.given)
+
+
+def _solve(law: Law, P: np.ndarray, horizon: float = 1.0):
+    """Linear part: coefficients (B, C, nb), bases and uses per take, for parameters P (B, p)."""
+    gram = right = barred = 0
+    bases, uses = [], []
+    for take, index in enumerate(law.fitted):
+        data = law.takes[index]
+        basis, bar = _basis(law, _unpack(law, P, take), take)
+        values = _given(law, take)
+        use = data.known & data.fit[:, None]
+        use &= (data.time <= horizon * data.time[data.fit][-1] + 1e-12)[:, None]
+        rows = np.flatnonzero(use.any(axis=1))
+        weight = use[rows] / data.sigma**2  # (t, C)
+        b = basis[:, :, rows]
+        y = np.where(use, values, 0.0)[rows] * weight
+        if b.shape[1] == 1 and use[rows].all():
+            g = np.swapaxes(b[:, 0], 1, 2) @ b[:, 0]
+            gram = gram + g[:, None] / data.sigma[:, None, None] ** 2
+            right = right + np.einsum("bti,tc->bci", b[:, 0], y, optimize=True)
+        else:
+            full = np.broadcast_to(b, (len(b), len(data.sigma), *b.shape[2:]))
+            weighted = full * weight.T[None, :, :, None]
+            gram = gram + np.swapaxes(full, 2, 3) @ weighted
+            right = right + np.einsum("bcti,tc->bci", full, y, optimize=True)
+        barred = barred + bar
+        bases.append(basis)
+        uses.append(use)
+    scale = np.sqrt(np.einsum("bcii->bci", gram))
+    scale = np.where(scale > 0, scale, 1.0)
+    gram = gram / (scale[:, :, :, None] * scale[:, :, None])
+    gram = gram + (np.where(barred > 0, 1e12, 1e-11)[:, :, None] * np.eye(gram.shape[-1]))
+    coefficients = np.linalg.solve(gram, (right / scale)[..., None])[..., 0] / scale
+    return coefficients, bases, uses
+
+
+def _residuals(law: Law, P: np.ndarray, horizon: float = 1.0) -> np.ndarray:
+    """(B, R) noise units, with the rows that keep the reference at one."""
+    coefficients, bases, uses = _solve(law, P, horizon)
+    out = []
+    for take, index in enumerate(law.fitted):
+        data = law.takes[index]
+        predicted = (bases[take] @ np.swapaxes(coefficients[:, :, None], 2, 3))[..., 0]
+        left = (_given(law, take) - np.swapaxes(predicted, 1, 2)) / data.sigma
+        out.append(left[:, uses[take]])
+    K = law.modes
+    conditions = max(law.condition[i] for i in law.fitted) + 1
+    for c in range(conditions):
+        at = np.einsum("kc,bck->bk", law.reference, coefficients[:, :, c * K : (c + 1) * K])
+        out.append(PIN * (1 - at))
+    return np.concatenate(out, axis=1)
+
+
+def _bounds(law: Law):
+    K, A = law.modes, law.setting.amplitude
+    a, b, _ = law.sizes()
+    centre = np.log(law.setting.omega / (2 * np.pi))
+    low = np.concatenate([np.tile(np.r_[centre - 0.7, np.zeros(K)], a // (2 * K))])
+    high = np.concatenate([np.tile(np.r_[centre + 0.7, np.full(K, 0.9)], a // (2 * K))])
+    for effect in law.effects:
+        b_low, b_high = np.array(effect.low), np.array(effect.high)
+        effect_low = b_low if effect is law.effects[0] else np.r_[effect_low, b_low]
+        effect_high = b_high if effect is law.effects[0] else np.r_[effect_high, b_high]
+    if not law.effects:
+        effect_low = effect_high = np.zeros(0)
+    wide = np.full(b, 50 * A)
+    return np.r_[low, -wide, effect_low], np.r_[high, wide, effect_high]
+
+
+def _steps(law: Law, p: np.ndarray) -> np.ndarray:
+    a, b, c = law.sizes()
+    return np.r_[np.full(a, 1e-6), np.full(b, 1e-5 * law.setting.amplitude), np.full(c, 1e-5)]
+
+
+class _Linearization:
+    """Residual and Jacobian from one batch of motions: a simulated step costs the same for many."""
+
+    def __init__(self, law: Law, horizon: float, high: np.ndarray):
+        self.law, self.horizon, self.high = law, horizon, high
+        self.steps, self.at = _steps(law, high), None
+
+    def _look(self, x):
+        if self.at is None or not np.array_equal(x, self.at):
+            moves = np.where(x + self.steps < self.high, self.steps, -self.steps)
+            r = _residuals(self.law, np.vstack([x, x + np.diag(moves)]), self.horizon)
+            self.at, self.r, self.jac = x.copy(), r[0], ((r[1:] - r[:1]) / moves[:, None]).T
+
+    def residual(self, x):
+        self._look(x)
+        return self.r
+
+    def jacobian(self, x):
+        self._look(x)
+        return self.jac
+
+
+def fit(law: Law, start: np.ndarray, horizons=(1.0,), evaluations: int = 15) -> TimeFit:
+    """Least squares from `start` (p,), over growing shares of the fitted part."""
+    low, high = _bounds(law)
+    p = np.clip(start, low + 1e-12, high - 1e-12)
+    for horizon in horizons:
+        both = _Linearization(law, horizon, high)
+        answer = least_squares(
+            both.residual, p, both.jacobian, (low, high), x_scale="jac", max_nfev=evaluations,
+            ftol=1e-7, xtol=1e-8,
+        )
+        p = np.clip(answer.x, low + 1e-12, high - 1e-12)
+    return conclude(law, p, answer.jac)
+
+
+def screen(found: TimeFit, effect: Effect, thetas: list) -> np.ndarray:
+    """Gain in chi2 that each start promises: a score test off the fitted law's tangents (n,).
+
+    The residual's change by the effect at `theta`, without what the fitted parameters can take
+    up, scaled as it likes (Rao, Linear Statistical Inference, 1973, 6e).
+    """
+    law, _ = extend(found, (effect,), [thetas[0]])
+    P = np.vstack([np.r_[found.parameters, np.asarray(theta, float)] for theta in thetas])
+    low, high = _bounds(law)
+    change = _residuals(law, np.clip(P, low, high)) - found.residuals
+    scale = np.linalg.norm(found.jacobian, axis=0)
+    q, _ = np.linalg.qr(found.jacobian / np.where(scale > 0, scale, 1.0))
+    change = change - (change @ q) @ q.T
+    power = (change**2).sum(axis=1)
+    return (change @ found.residuals) ** 2 / np.where(power > 0, power, np.inf)
+
+
+def conclude(law: Law, p: np.ndarray, jac: np.ndarray) -> TimeFit:
+    """The fit at `p`, predictions of all takes, and the covariance from the Jacobian."""
+    coefficients, bases, uses = _solve(law, p[None])
+    r = _residuals(law, p[None])[0]
+    predicted, motions = [None] * len(law.takes), []
+    for take, index in enumerate(law.fitted):
+        y = (bases[take][0] @ coefficients[0][:, :, None])[..., 0].T
+        predicted[index] = y + sum(e.given(index) for e in law.effects if e.given)
+        motions.append(_motion(law, _unpack(law, p[None], take), law.takes[index])[0][0])
+    held = _support(law)
+    scale = np.linalg.norm(jac, axis=0)
+    scale = np.where(scale > 0, scale, 1.0)
+    inverse = np.linalg.pinv((jac / scale).T @ (jac / scale), rcond=1e-12)
+    found = TimeFit(
+        law=law,
+        parameters=p,
+        covariance=inverse / np.outer(scale, scale),
+        coefficients=coefficients[0],
+        predicted=tuple(predicted),
+        chi2=float((r**2).sum()),
+        samples=int(sum(use.sum() for use in uses)),
+        unknowns=len(p) + int((~held).sum()) - law.modes,
+        residuals=r,
+        jacobian=jac,
+        motions=tuple(motions),
+    )
+    return found
+
+
+def _support(law: Law) -> np.ndarray:
+    """(C, nb) bool: coefficients that are barred."""
+    P = np.zeros((1, sum(law.sizes())))
+    barred = 0
+    for take in range(len(law.fitted)):
+        K = law.modes
+        a, _, _ = law.sizes()
+        P[0, :a] = np.tile(np.r_[np.log(law.setting.omega / 2 / np.pi), np.zeros(K)], a // (2 * K))
+        P[0, a + 2 * law.modes * len(law.fitted) :] = [
+            (lo + hi) / 2 for e in law.effects for lo, hi in zip(e.low, e.high, strict=True)
+        ]
+        barred = barred + _basis(law, _unpack(law, P, take), take)[1]
+    return barred > 0
+
+
+def extend(found: TimeFit, effects: tuple[Effect, ...], thetas: list) -> tuple[Law, np.ndarray]:
+    """The same law with more effects, and its parameters to start from."""
+    law = replace(found.law, effects=found.law.effects + effects)
+    return law, np.r_[found.parameters, np.concatenate([np.asarray(t, float) for t in thetas])]
