@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from core.data import Material
-from core.elasticity import assemble, hold_points
 from core.eigen import lowest_eigenpairs
+from core.elasticity import assemble, hold_points
 from core.errors import DataError
 from core.modes import solve_modes
 from tests.core.solids import block
