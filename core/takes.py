@@ -1,6 +1,6 @@
 """[recording] and [[take]] of case.toml -> Recording, from tracks or from a video."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -35,11 +35,15 @@ def read_recording(fields: dict, where: str, scene: Scene, progress=None) -> Rec
         raise CaseError(
             f"{where} has {has} of tracks and video; exactly one of them is needed. Name one."
         )
+    start, stop = fields["start"], fields["stop"]
+    if start is not None and stop is not None and start >= stop:
+        raise CaseError(
+            f"{where} start = {start:g} s, stop = {stop:g} s; start before stop is needed. "
+            "Swap them."
+        )
     if fields["tracks"] is not None:
-        recording = _from_tracks(fields, where, scene)
-    else:
-        recording = _from_video(fields, where, scene, progress)
-    return _limited(recording, fields, where)
+        return _from_tracks(fields, where, scene)
+    return _from_video(fields, where, scene, progress)
 
 
 def _from_tracks(fields: dict, where: str, scene: Scene) -> Recording:
@@ -61,9 +65,12 @@ def _from_tracks(fields: dict, where: str, scene: Scene) -> Recording:
         tracks.values,
         scene.markers,
         camera=scene.camera if flat else None,
+        start=fields["start"],
+        stop=fields["stop"],
         capture_fps=rate,
         warnings=tracks.warnings + _clock_warning(path.name, tracks, rate),
     )
+    _check_limits(recording, where)
     _check_astray(recording, path.name, scene.size)
     return recording
 
@@ -102,23 +109,15 @@ def _from_video(fields: dict, where: str, scene: Scene, progress) -> Recording:
     )
 
 
-def _limited(recording: Recording, fields: dict, where: str) -> Recording:
-    """The recording with start and stop. Raises CaseError where they are outside it."""
+def _check_limits(recording: Recording, where: str) -> None:
+    """Raises CaseError where start or stop is outside the recording."""
     first, last = recording.time[0], recording.time[-1]
-    for name in ("start", "stop"):
-        instant = fields[name]
+    for name, instant in (("start", recording.start), ("stop", recording.stop)):
         if instant is not None and not first <= instant <= last + 1e-9:
             raise CaseError(
                 f"{where} {name} = {instant:g} s; it must be within the recording, {first:g} to "
                 f"{last:g} s. Correct it, or leave it out."
             )
-    start, stop = fields["start"], fields["stop"]
-    if start is not None and stop is not None and start >= stop:
-        raise CaseError(
-            f"{where} start = {start:g} s, stop = {stop:g} s; start before stop is needed. "
-            "Swap them."
-        )
-    return replace(recording, start=start, stop=stop)
 
 
 def _clock_warning(name: str, tracks: Tracks, rate: float | None) -> tuple[str, ...]:

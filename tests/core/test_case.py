@@ -400,3 +400,49 @@ def test_a_load_far_off_the_object_is_refused(read):
 )
 def test_a_file_that_is_no_mesh_is_refused(read, mesh):
     refused(read, ["beam.obj"], mesh=mesh)
+
+
+# --- a video in place of tracks -------------------------------------------------------------------
+
+FILMED = flat_case().replace('tracks = "tracks.csv"', 'video = "film.avi"')
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (FILMED, ["film.avi", "no such file"]),
+        (FILMED.replace("film.avi", "tracks.csv"), ["tip", "lacks the field pixel"]),
+        (
+            FILMED.replace("film.avi", "tracks.csv") + "pixel = [1280, 3]\n",
+            ["pixel", "outside the image of 1280 x 720"],
+        ),
+        (
+            FILMED.replace("film.avi", "tracks.csv").replace("capture_fps = 100\n", ""),
+            ["[recording]", "capture_fps", "playback"],
+        ),
+        (CASE.replace("tracks =", "capture_fps = 9\nvideo ="), ["[camera]", "missing"]),
+        (FILMED.replace("film.avi", "tracks.csv") + "pixel = [9, 3]\n", ["tracks.csv"]),
+    ],
+)
+def test_a_video_that_cannot_be_followed_is_refused(read, text, words):
+    refused(read, words, text)
+
+
+def test_a_video_is_followed_from_the_pixels_of_the_markers(read, tmp_path):
+    cv2 = pytest.importorskip("cv2")
+    path = str(tmp_path / "film.avi")
+    film = cv2.VideoWriter(path, cv2.VideoWriter_fourcc(*"MJPG"), 30, (320, 240))
+    grain = np.random.default_rng(0).integers(0, 255, (24, 32)).astype(np.uint8)
+    picture = cv2.resize(grain, (320, 240), interpolation=cv2.INTER_CUBIC)
+    shifts = [3 * np.sin(0.3 * k) for k in range(40)]
+    for shift in shifts:
+        move = np.array([[1, 0, shift], [0, 1, 0]])
+        film.write(cv2.cvtColor(cv2.warpAffine(picture, move, (320, 240)), cv2.COLOR_GRAY2BGR))
+    film.release()
+    text = FILMED.replace("[640, 360]", "[160, 120]") + "pixel = [160, 120]\n"
+    recording = read(text).takes[0].recording
+    assert recording.values.shape[1:] == (1, 2)
+    assert recording.capture_fps == 100
+    np.testing.assert_allclose(np.diff(recording.time), 0.01, rtol=1e-9)
+    seen = recording.values[:, 0, 0] - recording.values[0, 0, 0]
+    assert np.abs(seen - shifts[: len(seen)]).max() < 0.3
