@@ -18,6 +18,7 @@ MATERIAL = 5e-3  # rms of the least mode worth a name, over that of the motion, 
 CLEARED = 0.99  # share of what was left, above which even a trifle is a mode
 MISFIT = 1.6  # residual over noise, above which the recording is not a sum of modes alone
 SAME_SHAPE = 0.9  # modal assurance criterion
+SAME_SHAPE_BLURRED = 0.35  # the same, for two modes closer than their widths
 SAME_PITCH = 0.25  # relative difference
 SLOWEST = 0.7  # creep in nepers over the record; slower ones are polynomials
 CYCLES = 0.75  # of the slowest oscillation within the record; slower ones are trends
@@ -196,11 +197,13 @@ def _makeshift(record: Record, model: Model, k: int) -> bool:
         return False
     shape = model.fit.amplitude / model.fit.noise
     power = np.sum(np.abs(shape) ** 2, axis=1)
-    alike = np.abs(shape.conj() @ shape[k]) ** 2 > SAME_SHAPE * power * power[k]
-    omega = model.fit.poles.omega
+    likeness = np.abs(shape.conj() @ shape[k]) ** 2 / np.maximum(power * power[k], 1e-300)
+    omega, decay = model.fit.poles.omega, model.fit.poles.decay
     near = np.abs(omega / omega[k] - 1) < SAME_PITCH
-    stronger = np.arange(model.modes) != k
-    return bool((alike & near & stronger & (power >= power[k])).any())
+    blurred = np.abs(omega - omega[k]) < decay + decay[k]  # such a pair's shapes are uncertain too
+    same = (near & (likeness > SAME_SHAPE)) | (blurred & (likeness > SAME_SHAPE_BLURRED))
+    stronger = (power > power[k]) | ((power == power[k]) & (np.arange(model.modes) < k))
+    return bool((same & stronger).any())
 
 
 def _pruned(record: Record, model: Model) -> Model:

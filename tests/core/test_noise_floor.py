@@ -1,0 +1,55 @@
+"""The noise floor against planted noise under motion that no linear model describes."""
+
+import numpy as np
+import pytest
+
+from core.noise_floor import noise_floor
+
+FORCES = {
+    "linear": lambda x, v: 0.0,
+    "duffing": lambda x, v: -0.5 * x**3,
+    "friction": lambda x, v: -0.03 * np.tanh(v / 0.1),
+    "asymmetry": lambda x, v: -0.3 * x**2,
+}
+
+
+def wobble(force, frames, per_period, damping):
+    """(frames,) displacement in x'' = -x - 2 z x' + force(x, x'), released from 1."""
+    steps = 40
+    h = 2 * np.pi / per_period / steps
+    x, v, out = 1.0, 0.0, np.empty(frames)
+    for i in range(frames):
+        out[i] = x
+        for _ in range(steps):
+            middle_v = v + h / 2 * (force(x, v) - x - 2 * damping * v)
+            middle_x = x + h / 2 * v
+            x += h * middle_v
+            v += h * (force(middle_x, middle_v) - middle_x - 2 * damping * middle_v)
+    return out
+
+
+@pytest.mark.parametrize("kind", FORCES)
+@pytest.mark.parametrize(("frames", "channels"), [(120, 3), (250, 12), (600, 36)])
+def test_planted_noise_is_found_whatever_moves(kind, frames, channels):
+    rng = np.random.default_rng(frames)
+    motion = np.outer(wobble(FORCES[kind], frames, 17, 0.03), rng.standard_normal(channels))
+    drift = np.outer(np.linspace(0, 1, frames) ** 2, rng.standard_normal(channels))
+    for decibel in (20, 35, 50):
+        level = np.sqrt(np.mean(motion**2)) * 10 ** (-decibel / 20)
+        level = level * rng.uniform(0.6, 1.6, channels)
+        y = motion + 0.1 * drift + level * rng.standard_normal(motion.shape)
+        ratio = noise_floor(np.arange(frames) / 60, y) / level
+        assert abs(np.median(ratio) - 1) < 0.2
+        assert np.mean(np.abs(ratio - 1) < 0.2) > 0.8
+
+
+def test_a_few_missing_frames_leave_the_floor_where_it_is():
+    rng = np.random.default_rng(1)
+    y = np.outer(wobble(FORCES["linear"], 400, 20, 0.02), np.ones(4))
+    y = y + 0.01 * rng.standard_normal(y.shape)
+    y[rng.random(y.shape) < 0.1] = np.nan
+    assert np.allclose(noise_floor(np.arange(400) / 60, y), 0.01, rtol=0.2)
+
+
+def test_a_channel_that_stands_still_has_no_noise():
+    assert (noise_floor(np.arange(100) / 30, np.ones((100, 2))) < 1e-14).all()
