@@ -1,0 +1,223 @@
+"""Points of a clip followed to sub-pixel, each against the first picture, so that nothing drifts.
+
+Lucas-Kanade pyramids from the last position find the neighbourhood, an affine refinement the
+place; a point whose window no longer looks like itself is lost, and found again where it does.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from .data import seal
+from .errors import RecordingError
+from .track_clock import check_rate, clock_without, doubled_frames, frame_times, rate_warnings
+from .track_follow import State, begin, follow
+from .track_points import check_points
+from .track_recording import track_recording
+from .track_template import Templates, make_templates, noise_gain, positions, residual_products
+from .video import FEWEST_FRAMES, Video, ended_early, frame_at, open_video, read_frames
+
+__all__ = ["Tracks", "relative_to", "track", "track_recording"]
+
+SAMPLED = 7  # every so many frames the residuals' correlation is looked at
+REPORT = 20  # frames between two calls of progress
+
+
+@dataclass(frozen=True, eq=False)
+class Tracks:
+    """Points over time, in pixels."""
+
+    time: np.ndarray  # (T,) s of real time, from the clip's first frame
+    values: np.ndarray  # (T, n, 2) px, u right, v down; NaN = lost
+    sigma: np.ndarray  # (T, n) px, standard deviation of a sample (mean of the two axes); NaN
+    points: np.ndarray  # (n, 2) px in the first frame used
+    frames: np.ndarray  # (T,) index in the clip
+    warnings: tuple[str, ...] = ()
+
+    def __post_init__(self):
+        seal(self, "time", float, (None,))
+        seal(self, "points", float, (None, 2))
+        T, n = len(self.time), len(self.points)
+        seal(self, "values", float, (T, n, 2), finite=False)
+        seal(self, "sigma", float, (T, n), finite=False)
+        seal(self, "frames", int, (T,))
+
+
+def track(
+    video: Video | str | Path,
+    points: np.ndarray,
+    *,
+    capture_fps: float,
+    start: float | None = None,
+    stop: float | None = None,
+    progress=None,
+) -> Tracks:
+    """Positions of `points` (n, 2) px, given in the frame at `start` s, in all frames until `stop`.
+
+    Frames before `start` are followed too: they show the object at rest. `capture_fps` is the real
+    rate of the camera. `progress(fraction, text)` is called now and then, and may raise Cancelled.
+    Raises RecordingError for a point outside the picture or without features, a clip too short,
+    and when all points are lost.
+    """
+    check_rate(capture_fps)
+    video = video if isinstance(video, Video) else open_video(video)
+    opening = frame_at(video, round((start or 0.0) * capture_fps))
+    warnings = check_points(opening.grey, points)
+    first = make_templates(opening.grey, points)
+    report = _reporter(video, capture_fps, stop, progress)
+    seen = _follow_all(video, first, opening.grey, (capture_fps, stop), report)
+    return _tracks(video, first, seen, capture_fps, warnings)
+
+
+def relative_to(tracks: Tracks, reference: np.ndarray) -> Tracks:
+    """The tracks without the camera's shake, as the static points `reference` (n,) bool show it.
+
+    The mean motion of the reference points is taken out, and with two or more their turn and
+    scale about the mean; the reference points themselves are left out. Raises RecordingError
+    where no reference is seen.
+    """
+    reference = np.asarray(reference, bool)
+    if not reference.any() or reference.all():
+        raise RecordingError(
+            f"camera shake: {reference.sum()} of {len(reference)} points are static references; "
+            "at least one, and one other, are needed."
+        )
+    flat = tracks.values[..., 0] + 1j * tracks.values[..., 1]
+    rest = tracks.points[:, 0] + 1j * tracks.points[:, 1]
+    steady = np.full_like(flat, np.nan)
+    added = np.full(len(flat), np.nan)
+    for k, row in enumerate(flat):
+        known = reference & np.isfinite(row)
+        if known.any():
+            turn, shift = _similarity(rest[known], row[known])
+            steady[k] = (row - shift) / turn
+            added[k] = np.mean(tracks.sigma[k, known]) / np.sqrt(known.sum())
+    values = np.stack([steady.real, steady.imag], -1)[:, ~reference]
+    sigma = np.hypot(tracks.sigma, added[:, None])[:, ~reference]
+    return replace(tracks, values=values, sigma=sigma, points=tracks.points[~reference])
+
+
+def _similarity(rest, seen) -> tuple[complex, complex]:
+    """Turn-and-scale a and shift b of seen = a rest + b, least squares; a = 1 for one point."""
+    middle, there = rest.mean(), seen.mean()
+    spread = np.sum(np.abs(rest - middle) ** 2)
+    turn = np.vdot(rest - middle, seen - there) / spread if spread > 1 else 1.0
+    return turn, there - turn * middle
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """What one pass through the clip leaves behind, frame by frame."""
+
+    index: list
+    stamp: list
+    change: list
+    position: list
+    residual: list
+    products: list
+
+
+def _follow_all(video, first: Templates, opening, limits, report) -> _Seen:
+    capture_fps, stop = limits
+    seen = _Seen([], [], [], [], [], [])
+    state = begin(first)
+    for frame in read_frames(video):
+        state = follow(first, opening, frame.grey, state)
+        _keep(seen, frame, first, state)
+        report(frame.index)
+        if stop is not None and frame.index > stop * capture_fps + 1:
+            break
+    return seen
+
+
+def _keep(seen: _Seen, frame, first, state: State) -> None:
+    seen.index.append(frame.index)
+    seen.stamp.append(frame.stamp)
+    seen.change.append(frame.change)
+    lost = ~state.found
+    seen.position.append(np.where(lost[:, None], np.nan, positions(first, state.fit)))
+    seen.residual.append(np.where(lost, np.nan, state.fit.residual))
+    if frame.index % SAMPLED == 1 and state.found.any():
+        which = state.found
+        left = state.fit.left[which] / np.maximum(state.fit.residual[which, None], 1e-3)
+        seen.products.append(residual_products(first.subset(which), left))
+
+
+def _tracks(video, first, seen: _Seen, capture_fps, warnings) -> Tracks:
+    if len(seen.index) < FEWEST_FRAMES:
+        raise RecordingError(
+            f"{video.path.name}: {len(seen.index)} frames; {FEWEST_FRAMES} are needed at least, "
+            "and several periods to learn something. Film longer."
+        )
+    values, stamps = np.array(seen.position), np.array(seen.stamp)
+    _check_lost(video, values)
+    clock = frame_times(stamps, capture_fps)
+    warnings += clock.warnings + rate_warnings(video, capture_fps, stamps)
+    cut = ended_early(video, seen.index[-1] + 1) if _at_end(video, seen) else None
+    warnings += (cut,) if cut else ()
+    warnings += _lost_warnings(values)
+    total = np.sum(seen.products, axis=0)
+    middle = total.shape[0] // 2
+    gain = noise_gain(first, total / total[middle, middle])
+    sigma = np.array(seen.residual) * gain / np.sqrt(2)  # the template's own half stays constant
+    sigma = np.where(np.isnan(values[..., 0]), np.nan, np.maximum(sigma, 1e-4))
+    tracks = Tracks(clock.time, values, sigma, first.points, np.array(seen.index), warnings)
+    return _without_copies(tracks, np.array(seen.change))
+
+
+def _at_end(video: Video, seen: _Seen) -> bool:
+    """True where reading went on until no frame came."""
+    return True
+
+
+def _without_copies(tracks: Tracks, change) -> Tracks:
+    """The tracks without doubled frames, their clock mended."""
+    reach = np.minimum(np.arange(len(change)) + 2, len(change) - 1)
+    back = np.maximum(np.arange(len(change)) - 2, 0)
+    far = np.linalg.norm(tracks.values[reach] - tracks.values[back], axis=2) / tracks.sigma
+    moved = np.nan_to_num(np.nanmax(np.where(np.isfinite(far), far, 0), axis=1))
+    copies = doubled_frames(change, moved)
+    if not copies.any():
+        return tracks
+    clock, _ = clock_without(tracks.time, tracks.values, copies)
+    kept = ~copies
+    return replace(
+        tracks,
+        time=clock.time,
+        values=tracks.values[kept],
+        sigma=tracks.sigma[kept],
+        frames=tracks.frames[kept],
+        warnings=tracks.warnings + clock.warnings,
+    )
+
+
+def _check_lost(video, values) -> None:
+    seen = np.isfinite(values[..., 0])
+    if seen.sum(0).max() < FEWEST_FRAMES:
+        last = int(np.flatnonzero(seen.any(1))[-1]) if seen.any() else 0
+        raise RecordingError(
+            f"{video.path.name}: all {values.shape[1]} points were lost after frame {last}. Pick "
+            "points with more texture that stay in sight, or film with a shorter exposure."
+        )
+
+
+def _lost_warnings(values) -> tuple[str, ...]:
+    share = np.isnan(values[..., 0]).mean(0)
+    return tuple(
+        f"point {k + 1} was lost in {100 * share[k]:.2g} % of the frames; they are left out."
+        for k in np.flatnonzero(share > 0)
+    )
+
+
+def _reporter(video, capture_fps, stop, progress):
+    expected = video.count or 0
+    if stop is not None:
+        expected = min(expected or 10**9, int(stop * capture_fps) + 1)
+
+    def report(index: int) -> None:
+        if progress is not None and index % REPORT == 0:
+            share = min(index / expected, 1.0) if expected else 0.0
+            progress(share, f"tracking {video.path.name}, frame {index} of {expected or '?'}")
+
+    return report

@@ -1,0 +1,150 @@
+"""Which points of a picture can be followed, and which of them are worth it."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from .errors import RecordingError
+from .track_template import RADIUS, SIDE, make_templates
+from .video import FEWEST_FRAMES, Video, open_video, read_frames
+
+WORST = 0.5  # px: a point whose place one frame tells no better than this is featureless
+LOOKED_AT = 240  # frames in a stretch that is searched for motion
+CORNERS = 120  # followed to find those that move
+CHANCE = 1e-3  # that noise alone is taken for motion, once in a picture
+MEDIAN_LINE = 1.678 / 2 / 1  # of the sum of two exponential lines, over its mean
+LEAST_SHARE = 0.1  # of the strongest motion: what moves less tells little
+SPACING = 12  # px between picked points
+LEAST_NOISE = 0.3  # grey levels: what rounding to whole levels leaves
+
+
+def check_points(grey: np.ndarray, points: np.ndarray) -> tuple[str, ...]:
+    """Warnings about `points` (n, 2) px in the picture `grey`.
+
+    Raises RecordingError for a point outside the picture or one without features.
+    """
+    points = np.asarray(points, float)
+    if points.ndim != 2 or points.shape[1] != 2 or not len(points):
+        raise RecordingError(f"points: shape {points.shape}; (n, 2) pixels are needed, n >= 1.")
+    height, width = grey.shape
+    for k, (u, v) in enumerate(points):
+        if not (0 <= u <= width - 1 and 0 <= v <= height - 1):
+            raise RecordingError(
+                f"point {k + 1} at ({u:g}, {v:g}) px is outside the picture of {width} x {height} "
+                "px. Read it off the first frame used, from the top left corner."
+            )
+    best, worst = blur_of_place(grey, points)
+    for k in np.flatnonzero(best > WORST):
+        u, v = points[k]
+        raise RecordingError(
+            f"point {k + 1} at ({u:g}, {v:g}) px is featureless: the picture around it tells its "
+            f"place to {best[k]:.2g} px at best, {WORST} px are needed (contrast "
+            f"{_contrast(grey, points[k]):.2g} grey levels). Pick a corner, a dot or a speckle."
+        )
+    return tuple(
+        f"point {k + 1} lies on a straight edge: along it one frame tells its place to "
+        f"{worst[k]:.2g} px only. Pick a corner, a dot or a speckle where you can."
+        for k in np.flatnonzero(worst > WORST)
+    )
+
+
+def blur_of_place(grey: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(n,), (n,) px: how well one frame tells the place in the best and the worst direction."""
+    level = np.linalg.eigvalsh(make_templates(grey, points).normal)
+    noise = max(picture_noise(grey), LEAST_NOISE)
+    best, worst = noise / np.sqrt(np.maximum(level[:, ::-1].T, 1e-12))
+    return best, worst
+
+
+def picture_noise(grey: np.ndarray) -> float:
+    """Grey levels rms of what neighbouring pixels do not share (Immerkaer, CVIU 1996; median)."""
+    mask = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32)
+    rough = cv2.filter2D(grey.astype(np.float32), -1, mask)[1:-1, 1:-1]
+    return float(np.median(np.abs(rough)) / 0.6745 / 6)
+
+
+def pick_points(
+    video: Video | str | Path, count: int = 12, *, start: int = 0, still: bool = False
+) -> np.ndarray:
+    """Up to `count` points (n, 2) px of frame `start` where texture moves most, spread out.
+
+    Corners are followed through the clip, a stretch of frames at a time until some move: their
+    spectrum then stands out of the noise's. `still=True` picks those that stay, as a reference
+    for the camera. Raises RecordingError where there is nothing to follow, or nothing moves.
+    """
+    video = video if isinstance(video, Video) else open_video(video)
+    stretch, opening, corners = [], None, None
+    frames = read_frames(video, start)
+    for frame in frames:
+        if opening is None:
+            opening, corners = frame.grey, _corners(frame.grey, video.path.name)
+            continue
+        stretch.append(_displacement(opening, frame.grey, corners))
+        if len(stretch) == LOOKED_AT:
+            moves = _motion(np.array(stretch))
+            if (moves > 0).any():
+                break
+            stretch = []
+    frames.close()
+    moves = _motion(np.array(stretch)) if len(stretch) >= FEWEST_FRAMES else moves
+    if still:
+        return _spread(corners, np.where(moves == 0, 1.0, 0.0), count)
+    if not (moves > 0).any():
+        raise RecordingError(
+            f"{video.path.name}: nothing in it moves beyond the noise of its {len(corners)} "
+            "corners. Film the motion, or give the points."
+        )
+    return _spread(corners, moves, count)
+
+
+def _corners(grey, name) -> np.ndarray:
+    """(m, 2) px, places whose shift can be told in both directions, the clearest first."""
+    found = cv2.goodFeaturesToTrack(grey, CORNERS, 0.01, SPACING, blockSize=RADIUS)
+    corners = np.zeros((0, 2)) if found is None else found[:, 0].astype(float)
+    if len(corners):
+        corners = corners[blur_of_place(grey, corners)[1] < WORST]
+    if not len(corners):
+        raise RecordingError(f"{name}: there is no corner to follow. Put dots on the object.")
+    return corners
+
+
+def _displacement(opening, grey, corners) -> np.ndarray:
+    """(m, 2) px from the opening; NaN where it cannot be followed."""
+    begin = corners.astype(np.float32)[:, None]
+    found, seen, _ = cv2.calcOpticalFlowPyrLK(opening, grey, begin, None, winSize=(SIDE, SIDE))
+    return np.where(seen == 1, (found - begin)[:, 0], np.nan)
+
+
+def _motion(moved: np.ndarray) -> np.ndarray:
+    """(m,) px rms of the displacements (T, m, 2), 0 where they are no more than noise.
+
+    The strongest line of white noise stays below ln(lines / chance) of the mean line; half the
+    lines, the weaker ones, say what the noise is, whatever stands out of it.
+    """
+    known = np.isfinite(moved).all((0, 2))
+    about = np.where(known[None, :, None], moved, 0)
+    about = about - about.mean(0)
+    taper = np.hanning(len(about))[:, None, None]
+    lines = (np.abs(np.fft.rfft(about * taper, axis=0)) ** 2).sum(2)[1:]
+    noise = np.median(lines, axis=0) / MEDIAN_LINE
+    outstanding = lines.max(0) > 2 * np.log(len(lines) * lines.shape[1] / CHANCE) * noise
+    return np.where(known & outstanding & (noise > 0), about.std(0).max(1), 0)
+
+
+def _spread(corners, score, count) -> np.ndarray:
+    """The best `count` corners, at first a window apart, closer where that leaves too few."""
+    order = [k for k in np.argsort(-score, kind="stable") if score[k] > 0]
+    chosen: list[int] = []
+    for apart in (SIDE, SPACING):
+        for k in order:
+            far = all(np.hypot(*(corners[k] - corners[j])) >= apart for j in chosen)
+            if far and len(chosen) < count and score[k] > LEAST_SHARE * score[order[0]]:
+                chosen.append(k)
+    return corners[chosen]
+
+
+def _contrast(grey, point) -> float:
+    """Grey levels, standard deviation in the window around `point` (2,) px."""
+    low = np.maximum(np.round(point).astype(int) - RADIUS, 0)
+    return float(grey[low[1] : low[1] + SIDE, low[0] : low[0] + SIDE].std())
