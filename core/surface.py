@@ -90,7 +90,7 @@ def is_closed(surface: Surface) -> bool:
 
 
 def closest_point(surface: Surface, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where the surface is closest to `points` (n, 3) m: places (n, 3) m, face (n,), distance (n,)."""
+    """Closest places of the surface to `points` (n, 3) m: (n, 3) m, their face (n,), distance m."""
     points = np.asarray(points, float).reshape(-1, 3)
     face, weights, distance = nearest_face(points, surface.vertices, surface.faces)
     corners = surface.vertices[surface.faces[face]]
@@ -141,8 +141,8 @@ def simplified(surface: Surface, faces: int) -> Surface:
             "fast-simplification is not installed. Install the package, or decimate the mesh."
         ) from error
     vertices, kept = fast_simplification.simplify(
-        np.ascontiguousarray(surface.vertices, np.float64),
-        np.ascontiguousarray(surface.faces, np.int32),
+        np.array(surface.vertices),
+        np.array(surface.faces, np.int32),
         target_count=faces,
     )
     return Surface(vertices, kept) if len(kept) else surface
