@@ -82,8 +82,11 @@ def select(record: Record, most: int) -> Model:
     for _ in range(most + DEGREE + 2):
         grown = _grown(record, best, most)
         if grown is None:
-            return best
-        best = _pruned(record, grown)
+            break
+        grown = _pruned(record, grown)
+        if _score(record, grown) >= _score(record, best):
+            break
+        best = grown
     return best
 
 
@@ -111,25 +114,27 @@ def candidates(record: Record, signals: np.ndarray, most: int) -> list[np.ndarra
     return found
 
 
-def _poles_of(complex_poles: np.ndarray, record: Record) -> Poles:
-    """Oscillating and real poles out of a pencil's set, those that cannot be left out."""
+def _poles_of(complex_poles: np.ndarray, record: Record) -> tuple[Poles, int]:
+    """Oscillating and real poles out of a pencil's set; those that hardly move make a degree."""
     swinging = complex_poles[complex_poles.imag > 1e-6 / record.dt]
     swinging = swinging[swinging.imag < (np.pi - 1e-3) / record.dt]
     poles = Poles(np.maximum(-swinging.real, 0), swinging.imag, np.zeros(0))
     fine = believable(poles, record)
     real = complex_poles[np.abs(complex_poles.imag) <= 1e-6 / record.dt].real
     creep = -real[(real < -SLOWEST / record.t[-1]) & (real > -FADED / record.dt)]
-    return Poles(poles.decay[fine], poles.omega[fine], creep)
+    still = np.abs(complex_poles) * record.t[-1] < 2 * np.pi * CYCLES
+    degree = min(DEGREE, max(0, int(still.sum()) - len(creep)))
+    return Poles(poles.decay[fine], poles.omega[fine], creep), degree
 
 
-def _penalty(record: Record, poles: Poles) -> float:
+def _penalty(record: Record, poles: Poles, degree: int) -> float:
     """Twice the log likelihood that the poles must earn: Schwarz's, plus the search for places."""
     channels = len(record.size)
     logs = float(np.log(record.size).sum())
     search = 2 * np.log(len(record.t) / CHANCE)
     mode = min(2 * logs, _threshold(record, 2 * channels + 2)) + search
     creep = min(logs, _threshold(record, channels + 1))
-    return len(poles.omega) * mode + len(poles.creep) * creep
+    return len(poles.omega) * mode + (len(poles.creep) + degree) * creep
 
 
 def _threshold(record: Record, freedoms: int) -> float:
@@ -140,17 +145,23 @@ def _threshold(record: Record, freedoms: int) -> float:
 def _start(record: Record, most: int) -> Model:
     """The pencil's set that pays best for its poles, refined; the constant alone if none does."""
     none = Poles(np.zeros(0), np.zeros(0), np.zeros(0))
-    tried = [(2 * model_of(record, none, 0).fit.cost, 0, none)]
-    room = int(record.size.min()) - 4
+    tried = [(2 * model_of(record, none, 0).fit.cost, 0, none, 0)]
+    room = int(record.size.min()) - 4 - DEGREE
     for n, found in enumerate(candidates(record, record.even, most)):
-        poles = _poles_of(found, record)
+        poles, degree = _poles_of(found, record)
         if len(poles.omega) > most or 4 * len(poles.omega) + 2 * len(poles.creep) > room:
             continue
-        model = model_of(record, poles, 0, iterate=False)
-        tried.append((2 * model.fit.cost + _penalty(record, poles), n + 1, poles))
+        model = model_of(record, poles, degree, iterate=False)
+        score = 2 * model.fit.cost + _penalty(record, poles, degree)
+        tried.append((score, n + 1, poles, degree))
     tried.sort(key=lambda row: row[:2])
-    fits = [model_of(record, row[2], 0) for row in tried[:2]]
-    return min(fits, key=lambda m: 2 * m.fit.cost + _penalty(record, m.fit.poles))
+    fits = [model_of(record, *row[2:]) for row in tried[:2]]
+    return min(fits, key=lambda model: _score(record, model))
+
+
+def _score(record: Record, model: Model) -> float:
+    """Less is better."""
+    return 2 * model.fit.cost + _penalty(record, model.fit.poles, model.degree)
 
 
 # --- growing and pruning --------------------------------------------------------------------
@@ -172,11 +183,15 @@ def _needed(record: Record, small: Model, large: Model, k: int | None) -> bool:
     """
     channels = len(record.size)
     swings = k is not None and k < large.modes
-    omega = large.fit.poles.omega[k] if swings else 2 * np.pi / record.t[-1]
     free = 1 - (large.fit.columns + 2) / record.size.mean()  # Bartlett's correction
     ratio = 2 * (small.fit.cost - large.fit.cost) * free
-    least = _threshold(record, (2 * channels + 2) if swings else (channels + 1))
-    if ratio < least * inflation(large.fit, record.dt, [omega])[0]:
+    steeper = max(large.degree - small.degree, 0) if k is None else 0
+    least = _threshold(
+        record, (2 * channels + 2) if swings else (channels * steeper or channels + 1)
+    )
+    colour = inflation(large.fit, record.dt, large.fit.poles.omega[[k]])[0] if swings else 1.0
+    against = np.sum(record.size * (small.fit.noise**2 / large.fit.noise**2 - 1)) * free
+    if ratio < least or max(against, ratio) < least * colour:
         return False
     if swings and _makeshift(record, large, k):
         return False
@@ -218,10 +233,14 @@ def _pruned(record: Record, model: Model) -> Model:
         for k in doubtful[:1] or order[:2]:
             smaller = model_of(record, _without(poles, k), model.degree)
             if not _needed(record, smaller, model, k):
-                model = _reasonable(record, smaller)
                 break
         else:
-            return model
+            if not model.degree:
+                return model
+            smaller = model_of(record, poles, model.degree - 1)
+            if _needed(record, smaller, model, None):
+                return model
+        model = _reasonable(record, smaller)
 
 
 def _reasonable(record: Record, model: Model) -> Model:
@@ -239,16 +258,14 @@ def _reasonable(record: Record, model: Model) -> Model:
 
 def _grown(record: Record, model: Model, most: int) -> Model | None:
     """The model with the mode or trend that it misses most, None if it misses nothing."""
-    steps = []
-    if model.degree < DEGREE:
-        steps.append((model_of(record, model.fit.poles, model.degree + 1), None))
-    if model.degree and not len(model.fit.poles.creep):
-        p = model.fit.poles
+    p = model.fit.poles
+    steps = [(model_of(record, p, d), None) for d in range(model.degree + 1, DEGREE + 1)]
+    if not len(p.creep):
         tries = [Poles(p.decay, p.omega, np.array([c / record.t[-1]])) for c in (1.0, 4.0)]
         steps += [(model_of(record, poles, 0), model.modes) for poles in tries]
     if model.modes < most:
         steps += [(larger, model.modes) for larger in _one_more(record, model)]
-    for larger, k in sorted(steps, key=lambda step: step[0].fit.cost):
+    for larger, k in sorted(steps, key=lambda step: _score(record, step[0])):
         whole = _reasonable(record, larger)
         if whole is larger and _needed(record, model, larger, k):
             return larger
@@ -262,7 +279,7 @@ def _one_more(record: Record, model: Model) -> list[Model]:
         return []
     _, left = evenly(record.t, model.fit.residual / np.where(record.floor > 0, record.floor, 1))
     space = signal_space(left)
-    tried = [_poles_of(shift_poles(space, n, record.dt), record) for n in (2, 4, 6)]
+    tried = [_poles_of(shift_poles(space, n, record.dt), record)[0] for n in (2, 4, 6)]
     places = {(s, w) for p in tried for s, w in zip(p.decay, p.omega, strict=True)}
     for s, w in zip(poles.decay, poles.omega, strict=True):
         apart = max(s, 2 * np.pi / record.t[-1]) / 2
