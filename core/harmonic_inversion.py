@@ -9,8 +9,9 @@ import numpy as np
 from . import varpro
 from .data import RingDown, poles
 from .errors import RecordingError
-from .model_order import inflation, prepare, select
+from .model_order import prepare, select
 from .noise_floor import noise_floor
+from .significance import inflation
 
 __all__ = ["fit_poles", "invert", "noise_floor"]
 
