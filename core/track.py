@@ -11,7 +11,8 @@ import numpy as np
 
 from .data import seal
 from .errors import RecordingError
-from .track_clock import check_rate, clock_without, doubled_frames, frame_times, rate_warnings
+from .track_clock import check_rate, frame_times, rate_warnings
+from .track_copies import copies_warning, doubled_frames, without_copies
 from .track_follow import State, begin, follow
 from .track_points import check_points
 from .track_recording import track_recording
@@ -116,18 +117,19 @@ class _Seen:
     position: list
     residual: list
     products: list
+    ended: bool = True  # read until no frame came
 
 
 def _follow_all(video, first: Templates, opening, limits, report) -> _Seen:
     capture_fps, stop = limits
-    seen = _Seen([], [], [], [], [], [])
+    seen = _Seen(*([] for _ in range(6)))
     state = begin(first)
     for frame in read_frames(video):
         state = follow(first, opening, frame.grey, state)
         _keep(seen, frame, first, state)
         report(frame.index)
         if stop is not None and frame.index > stop * capture_fps + 1:
-            break
+            return replace(seen, ended=False)
     return seen
 
 
@@ -154,8 +156,8 @@ def _tracks(video, first, seen: _Seen, capture_fps, warnings) -> Tracks:
     _check_lost(video, values)
     clock = frame_times(stamps, capture_fps)
     warnings += clock.warnings + rate_warnings(video, capture_fps, stamps)
-    cut = ended_early(video, seen.index[-1] + 1) if _at_end(video, seen) else None
-    warnings += (cut,) if cut else ()
+    if seen.ended and (cut := ended_early(video, seen.index[-1] + 1)):
+        warnings += (cut,)
     warnings += _lost_warnings(values)
     total = np.sum(seen.products, axis=0)
     middle = total.shape[0] // 2
@@ -166,29 +168,19 @@ def _tracks(video, first, seen: _Seen, capture_fps, warnings) -> Tracks:
     return _without_copies(tracks, np.array(seen.change))
 
 
-def _at_end(video: Video, seen: _Seen) -> bool:
-    """True where reading went on until no frame came."""
-    return True
-
-
 def _without_copies(tracks: Tracks, change) -> Tracks:
     """The tracks without doubled frames, their clock mended."""
-    reach = np.minimum(np.arange(len(change)) + 2, len(change) - 1)
-    back = np.maximum(np.arange(len(change)) - 2, 0)
-    far = np.linalg.norm(tracks.values[reach] - tracks.values[back], axis=2) / tracks.sigma
-    moved = np.nan_to_num(np.nanmax(np.where(np.isfinite(far), far, 0), axis=1))
-    copies = doubled_frames(change, moved)
+    copies, stood_still = doubled_frames(tracks.time, tracks.values, change)
     if not copies.any():
         return tracks
-    clock, _ = clock_without(tracks.time, tracks.values, copies)
     kept = ~copies
     return replace(
         tracks,
-        time=clock.time,
+        time=without_copies(tracks.time, copies, stood_still),
         values=tracks.values[kept],
         sigma=tracks.sigma[kept],
         frames=tracks.frames[kept],
-        warnings=tracks.warnings + clock.warnings,
+        warnings=(*tracks.warnings, copies_warning(copies, stood_still)),
     )
 
 

@@ -9,7 +9,6 @@ from .video import Video
 
 JITTER = 0.02  # of a frame: below it the stamps are a grid
 ROUNDED = 0.01  # relative: a declared rate this near to the container's may be a rounded number
-STILL = 0.1  # of the neighbours' change: below it a picture is a copy of the one before
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +42,7 @@ def frame_times(stamps: np.ndarray, capture_fps: float) -> Clock:
     step, number = _grid(stamps)
     off = np.abs(stamps - stamps[0] - step * number - np.median(stamps - stamps[0] - step * number))
     if (np.diff(number) > 0).all() and off.max() <= max(JITTER * step, 0.75 * _tick(steps)):
-        return Clock(number / capture_fps, _gap_warning(np.diff(number), "dropped"))
+        return Clock(number / capture_fps, _gap_warning(np.diff(number)))
     usual = np.median(steps)
     time = (stamps - stamps[0]) / (usual * capture_fps)
     spread = np.percentile(steps, [5, 95]) / usual
@@ -51,7 +50,7 @@ def frame_times(stamps: np.ndarray, capture_fps: float) -> Clock:
         f"variable frame rate: steps of {spread[0]:.2f} to {spread[1]:.2f} of the usual one. The "
         "presentation stamps were used; film at a constant rate where you can.",
     )
-    return Clock(time, warning + _gap_warning(np.round(steps / usual), "dropped"))
+    return Clock(time, warning + _gap_warning(np.round(steps / usual)))
 
 
 def rate_warnings(video: Video, capture_fps: float, stamps: np.ndarray) -> tuple[str, ...]:
@@ -86,54 +85,6 @@ def rate_warnings(video: Video, capture_fps: float, stamps: np.ndarray) -> tuple
     return tuple(says)
 
 
-def doubled_frames(change: np.ndarray, moved: np.ndarray) -> np.ndarray:
-    """(T,) bool: frames that repeat the one before while everything around them moves.
-
-    change (T,) grey levels from the frame before; moved (T,) how far the points were seen to go
-    over the frames around it, in standard deviations (below 3 a copy cannot be told, nor hurts).
-    """
-    T = len(change)
-    copies = np.zeros(T, bool)
-    for k in range(1, T):
-        around = [i for i in range(max(1, k - 4), min(T, k + 5)) if i != k]
-        usual = np.median(change[around]) if around else 0.0
-        copies[k] = change[k] < STILL * usual and moved[k] > 3
-    return copies
-
-
-def clock_without(time: np.ndarray, values: np.ndarray, copies: np.ndarray) -> tuple[Clock, bool]:
-    """The instants of the frames that are not `copies`; True where the copies took no time.
-
-    A copy either stands for a frame that was lost (time went on) or was put in later to fill up a
-    playback rate (time stood still): the smoother of the two motions is kept.
-    """
-    kept = ~copies
-    step = np.median(np.diff(time))
-    went_on = time[kept]
-    stood = (time - step * np.cumsum(copies))[kept]
-    stood = stood - stood[0]
-    rough = [_roughness(t, values[kept], np.flatnonzero(copies)) for t in (went_on, stood)]
-    still = rough[1] < rough[0]
-    how = "had been put in, time stood still" if still else "stood for lost ones, time went on"
-    warning = (
-        f"{copies.sum()} doubled frames, the first is number {np.flatnonzero(copies)[0]}: they "
-        f"{how}. They were left out.",
-    )
-    return Clock(stood if still else went_on, warning), bool(still)
-
-
-def _roughness(time, values, _) -> float:
-    """Mean square of what a parabola through two neighbours on each side leaves at each sample."""
-    total = 0.0
-    flat = values.reshape(len(values), -1)
-    for k in range(2, len(time) - 2):
-        near = [k - 2, k - 1, k + 1, k + 2]
-        t = time[near] - time[k]
-        weight = np.linalg.pinv(np.stack([np.ones(4), t, t**2, t**3], 1))[0]
-        total += np.nansum((flat[k] - weight @ flat[near]) ** 2)
-    return total
-
-
 def _grid(stamps) -> tuple[float, np.ndarray]:
     """The step (s) and the whole frame numbers (T,) nearest to the stamps."""
     step = float(np.median(np.diff(stamps)))
@@ -150,12 +101,12 @@ def _tick(steps) -> float:
     return float(different.min()) if different.size else 0.0
 
 
-def _gap_warning(steps, word) -> tuple[str, ...]:
+def _gap_warning(steps) -> tuple[str, ...]:
     lost = int(np.sum(steps - 1))
     if lost <= 0:
         return ()
     places = np.flatnonzero(steps > 1)
     return (
-        f"{lost} frames were {word} in {len(places)} places, the first after frame {places[0]}: "
+        f"{lost} frames were dropped in {len(places)} places, the first after frame {places[0]}: "
         "their instants are left out, not filled in.",
     )

@@ -10,11 +10,12 @@ from .track_template import RADIUS, SIDE, make_templates
 from .video import FEWEST_FRAMES, Video, open_video, read_frames
 
 WORST = 0.5  # px: a point whose place one frame tells no better than this is featureless
-LOOKED_AT = 240  # frames in a stretch that is searched for motion
+LOOKED_AT = (240, 480, 960, 1920)  # frames after which motion is looked for
 CORNERS = 120  # followed to find those that move
 CHANCE = 1e-3  # that noise alone is taken for motion, once in a picture
-MEDIAN_LINE = 1.678 / 2 / 1  # of the sum of two exponential lines, over its mean
-LEAST_SHARE = 0.1  # of the strongest motion: what moves less tells little
+OCTAVE = 1.6  # frequencies within this factor are the noise that a line is held against
+LEAST_SHARE = 0.1  # of the clearest motion: what is seen less clearly tells little
+EDGE = 3.0  # how much worse a corner may be told along one direction than along the other
 SPACING = 12  # px between picked points
 LEAST_NOISE = 0.3  # grey levels: what rounding to whole levels leaves
 
@@ -67,35 +68,60 @@ def picture_noise(grey: np.ndarray) -> float:
 def pick_points(
     video: Video | str | Path, count: int = 12, *, start: int = 0, still: bool = False
 ) -> np.ndarray:
-    """Up to `count` points (n, 2) px of frame `start` where texture moves most, spread out.
+    """Up to `count` points (n, 2) px of frame `start` where texture moves clearest, spread out.
 
-    Corners are followed through the clip, a stretch of frames at a time until some move: their
-    spectrum then stands out of the noise's. `still=True` picks those that stay, as a reference
-    for the camera. Raises RecordingError where there is nothing to follow, or nothing moves.
+    Corners are followed through the clip until the spectrum of some stands out of its noise.
+    `still=True` picks those that stay, as a reference for the camera. Raises RecordingError where
+    there is nothing to follow, or nothing moves.
     """
     video = video if isinstance(video, Video) else open_video(video)
-    stretch, opening, corners = [], None, None
+    moved, clear, opening, corners = [], np.zeros(0), None, None
     frames = read_frames(video, start)
     for frame in frames:
         if opening is None:
             opening, corners = frame.grey, _corners(frame.grey, video.path.name)
-            continue
-        stretch.append(_displacement(opening, frame.grey, corners))
-        if len(stretch) == LOOKED_AT:
-            moves = _motion(np.array(stretch))
-            if (moves > 0).any():
-                break
-            stretch = []
+        moved.append(_displacement(opening, frame.grey, corners))
+        if len(moved) in LOOKED_AT and (clear := _clear(moved)).any():
+            break
+    else:
+        clear = _clear(moved)
     frames.close()
-    moves = _motion(np.array(stretch)) if len(stretch) >= FEWEST_FRAMES else moves
     if still:
-        return _spread(corners, np.where(moves == 0, 1.0, 0.0), count)
-    if not (moves > 0).any():
+        return _spread(corners, np.where(clear == 0, 1.0, 0.0), count)
+    if not clear.any():
         raise RecordingError(
-            f"{video.path.name}: nothing in it moves beyond the noise of its {len(corners)} "
-            "corners. Film the motion, or give the points."
+            f"{video.path.name}: no motion in it; none of its {len(corners)} corners moves beyond "
+            "the noise. Film the motion, or give the points."
         )
-    return _spread(corners, moves, count)
+    return _spread(corners, clear, count)
+
+
+def clarity(values: np.ndarray) -> np.ndarray:
+    """(m,) strongest line of the motions (T, m) over its neighbourhood's noise; 0 where noise.
+
+    Amplitudes. The noise at a line is told by the median of the lines within `OCTAVE` of its
+    frequency, so that a slow wander is not a motion. The strongest of L lines of noise stays below
+    ln(L / chance) times their mean.
+    """
+    T, m = values.shape
+    if T < FEWEST_FRAMES:
+        return np.zeros(m)
+    about = np.where(np.isfinite(values), values - np.nanmean(values, axis=0), 0)
+    lines = np.abs(np.fft.rfft(about * np.hanning(T)[:, None], axis=0)[1:]) ** 2
+    noise = np.empty_like(lines)
+    for k in range(len(lines)):
+        low, high = int((k + 1) / OCTAVE) - 1, max(int((k + 1) * OCTAVE), 8)
+        noise[k] = np.median(lines[max(low, 0) : high], axis=0) / np.log(2)
+    over = np.max(lines / np.maximum(noise, 1e-12 * T), axis=0)
+    return np.where(over > 2 * np.log(len(lines) * m / CHANCE), np.sqrt(over), 0)
+
+
+def _clear(moved: list) -> np.ndarray:
+    """(m,) clarity of the displacements [(m, 2)], the better of the two axes; 0 where lost."""
+    seen = np.array(moved)
+    known = np.isfinite(seen).all((0, 2))
+    flat = np.where(known[None, :, None], seen, 0).reshape(len(seen), -1)
+    return np.where(known, clarity(flat).reshape(-1, 2).max(1), 0)
 
 
 def _corners(grey, name) -> np.ndarray:
@@ -103,7 +129,8 @@ def _corners(grey, name) -> np.ndarray:
     found = cv2.goodFeaturesToTrack(grey, CORNERS, 0.01, SPACING, blockSize=RADIUS)
     corners = np.zeros((0, 2)) if found is None else found[:, 0].astype(float)
     if len(corners):
-        corners = corners[blur_of_place(grey, corners)[1] < WORST]
+        best, worst = blur_of_place(grey, corners)
+        corners = corners[(worst < WORST) & (worst < EDGE * best)]
     if not len(corners):
         raise RecordingError(f"{name}: there is no corner to follow. Put dots on the object.")
     return corners
@@ -114,22 +141,6 @@ def _displacement(opening, grey, corners) -> np.ndarray:
     begin = corners.astype(np.float32)[:, None]
     found, seen, _ = cv2.calcOpticalFlowPyrLK(opening, grey, begin, None, winSize=(SIDE, SIDE))
     return np.where(seen == 1, (found - begin)[:, 0], np.nan)
-
-
-def _motion(moved: np.ndarray) -> np.ndarray:
-    """(m,) px rms of the displacements (T, m, 2), 0 where they are no more than noise.
-
-    The strongest line of white noise stays below ln(lines / chance) of the mean line; half the
-    lines, the weaker ones, say what the noise is, whatever stands out of it.
-    """
-    known = np.isfinite(moved).all((0, 2))
-    about = np.where(known[None, :, None], moved, 0)
-    about = about - about.mean(0)
-    taper = np.hanning(len(about))[:, None, None]
-    lines = (np.abs(np.fft.rfft(about * taper, axis=0)) ** 2).sum(2)[1:]
-    noise = np.median(lines, axis=0) / MEDIAN_LINE
-    outstanding = lines.max(0) > 2 * np.log(len(lines) * lines.shape[1] / CHANCE) * noise
-    return np.where(known & outstanding & (noise > 0), about.std(0).max(1), 0)
 
 
 def _spread(corners, score, count) -> np.ndarray:
