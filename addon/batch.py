@@ -30,6 +30,7 @@ from ..core.__main__ import main as core_main
 from ..core.errors import CoreError
 from ..core.surface import read_surface
 from . import write
+from .mesh import new_object
 
 
 def main(argv: list[str]) -> int:
@@ -69,7 +70,7 @@ def _bake(options: argparse.Namespace, motion: bake.Motion) -> None:
     if not bpy.data.filepath:
         bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     surface, names = _surface(options.case)
-    obj = _object(options.object, names) or _new_object(names[0], surface)
+    obj = _object(options.object, names) or new_object(bpy.context, names[0], surface)
     span = write.Range(first=options.start, count=options.modes)
     write.shape_keys(obj, write.place(obj, surface, motion, span), span)
     target = options.bake.resolve()
@@ -94,15 +95,3 @@ def _object(wanted: str | None, names: tuple) -> bpy.types.Object | None:
         known = ", ".join(sorted(meshes)) or "none"
         raise CoreError(f'--object: the file has no mesh "{wanted}". It has: {known}.')
     return next((meshes[name] for name in (wanted, *names) if name in meshes), None)
-
-
-def _new_object(name: str, surface) -> bpy.types.Object:
-    """The case's mesh in a new object, and the scene's frames wide enough to see it ring."""
-    scene = bpy.context.scene
-    mesh = bpy.data.meshes.new(name)
-    metre = scene.unit_settings.scale_length if scene.unit_settings.system != "NONE" else 1.0
-    mesh.from_pydata((surface.vertices / metre).tolist(), [], surface.faces.tolist())
-    obj = bpy.data.objects.new(name, mesh)
-    scene.collection.objects.link(obj)
-    bpy.context.view_layer.update()
-    return obj

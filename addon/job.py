@@ -6,10 +6,12 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
 from ..core.errors import Cancelled, CoreError
+from ..core.tetwild import python
 
 ROOT = Path(__file__).resolve().parents[1]
 REPORT, MOTION, PICTURE = "report.json", "motion.npz", "report.png"
@@ -32,21 +34,23 @@ class Progress:
 def calibration(case: Path, folder: Path, elements: int) -> list[str]:
     """The command line that calibrates `case` and leaves report, picture and motion in `folder`."""
     return [
-        *("calibrate", str(case), "--out", str(folder / REPORT), "--plot", str(folder / PICTURE)),
-        *("--motion", str(folder / MOTION), "--elements", str(elements), "--progress-json"),
+        *("-m", "core", "calibrate", str(case), "--out", str(folder / REPORT)),
+        *("--plot", str(folder / PICTURE), "--motion", str(folder / MOTION)),
+        *("--elements", str(elements), "--progress-json"),
     ]
 
 
 class Job:
-    """One child: `python -m core ARGUMENTS`, started at once."""
+    """One child: `python ARGUMENTS` with our modules in reach, started at once."""
 
     def __init__(self, arguments: list[str], folder: Path, threads: int = 0):
         folder.mkdir(parents=True, exist_ok=True)
         self.folder = folder
         self._told = (0.0, "Starting")
         self._errors: list[str] = []
+        self._asked = 0.0
         self._child = subprocess.Popen(
-            [sys.executable, "-m", "core", *arguments],
+            [python(), *arguments],
             cwd=folder,
             env=_environment(threads),
             stdin=subprocess.DEVNULL,
@@ -83,15 +87,18 @@ class Job:
             lines = [line for line in self._errors if line.strip()]
             raise JobError(lines[-1].strip() if lines else f"Calibration: it ended with {status}.")
 
-    def cancel(self) -> None:
-        """Stop the child and all that it started, within a second."""
+    def stop(self) -> None:
+        """Ask the child and all that it started to end; insist when asked again. Never waits."""
         if self._child.poll() is None:
-            _signal(self._child, kill=False)
-            try:
-                self._child.wait(PATIENCE)
-            except subprocess.TimeoutExpired:
-                _signal(self._child, kill=True)
-                self._child.wait(PATIENCE)
+            now = time.monotonic()
+            self._asked = self._asked or now
+            _signal(self._child, kill=now - self._asked > PATIENCE)
+
+    def cancel(self) -> None:
+        """Stop the child, within a second, and wait until it is gone."""
+        while self._child.poll() is None:
+            self.stop()
+            time.sleep(0.02)
 
     def _read_progress(self, pipe) -> None:
         for line in pipe:
@@ -104,6 +111,18 @@ class Job:
     def _read_errors(self, pipe) -> None:
         for line in pipe:
             self._errors = [*self._errors[-50:], line]
+
+
+@dataclass
+class Now:
+    """What runs at the moment, for the panel to draw."""
+
+    child: Job | None = None
+    what: str = ""
+    stop: bool = False
+
+
+NOW = Now()
 
 
 def _environment(threads: int) -> dict[str, str]:

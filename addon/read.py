@@ -78,6 +78,30 @@ def surface(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Surface:
     return Surface(vertices @ found.stretch.T, faces)
 
 
+def pinned(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> np.ndarray:
+    """(V,) bool: vertices of the evaluated rest shape that the pins hold by half or more."""
+    with marks.silenced(obj):
+        depsgraph.update()
+        evaluated = obj.evaluated_get(depsgraph)
+        mesh = evaluated.to_mesh()
+        try:
+            return held(obj, mesh)
+        finally:
+            evaluated.to_mesh_clear()
+
+
+def held(obj: bpy.types.Object, mesh: bpy.types.Mesh) -> np.ndarray:
+    """(V,) bool for the vertices of `mesh`, which has the object's vertex groups."""
+    found = np.zeros(len(mesh.vertices), bool)
+    group = obj.vertex_groups.get(obj.ringdown.pins)
+    if group is not None:
+        found[:] = [
+            any(g.group == group.index and g.weight >= 0.5 for g in vertex.groups)
+            for vertex in mesh.vertices
+        ]
+    return found
+
+
 def _arrays(mesh: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray]:
     mesh.calc_loop_triangles()
     vertices = np.empty(3 * len(mesh.vertices), np.float32)

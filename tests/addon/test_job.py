@@ -29,7 +29,7 @@ def start(tmp_path, rd):
     folder.mkdir()
     (folder / "__init__.py").touch()
     (folder / "__main__.py").write_text(FAKE)  # it runs here, so finds this one first
-    return lambda verb: rd.job.Job([verb], tmp_path)
+    return lambda verb: rd.job.Job(["-m", "core", verb], tmp_path)
 
 
 def wait_for(child, text):

@@ -1,0 +1,60 @@
+"""The child that cuts an object into tetrahedra: `python cage_child.py FOLDER`.
+
+Reads FOLDER/surface.npz, leaves FOLDER/cage.npz, and tells its progress line by line.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from core.data import Material, Surface, TetMesh
+from core.elasticity import assemble, hold
+from core.errors import CoreError
+from core.modes import solve_modes
+from core.tetrahedralize import tetrahedralize
+
+
+def tell(fraction: float, text: str) -> None:
+    sys.stdout.write(json.dumps({"progress": fraction, "text": text}) + "\n")
+    sys.stdout.flush()
+
+
+def stiffening(mesh: TetMesh, surface: Surface, pinned: np.ndarray, poisson_ratio: float) -> float:
+    """How much higher than quadratic tetrahedra the linear ones ring, relative frequency."""
+    stuff = Material(1000.0, poisson_ratio)  # the density scales both alike
+    pitch = [
+        solve_modes(hold(assemble(mesh, stuff, element), surface, pinned), 1).frequency[0]
+        for element in ("p1", "p2")
+    ]
+    return float(pitch[0] / pitch[1] - 1)
+
+
+def main(folder: Path) -> int:
+    with np.load(folder / "surface.npz") as given:
+        surface = Surface(given["vertices"], given["faces"])
+        pinned, elements = given["pinned"], int(given["elements"])
+        poisson_ratio = float(given["poisson_ratio"])
+    try:
+        mesh, told = tetrahedralize(
+            surface, elements, progress=lambda fraction, text: tell(0.8 * fraction, text)
+        )
+        tell(0.8, "ringing it once")
+        excess = stiffening(mesh, surface, pinned, poisson_ratio) if pinned.any() else np.nan
+    except CoreError as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+    np.savez(
+        folder / "cage.npz",
+        nodes=mesh.nodes,
+        tets=mesh.tets,
+        quality=told.worst_quality,
+        stiffening=excess,
+    )
+    tell(1.0, f"{told.tets} tetrahedra")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(Path(sys.argv[1])))

@@ -1,0 +1,61 @@
+"""The report in words for the panel. Pure text, kept per report."""
+
+import json
+from functools import lru_cache
+
+VERDICTS = {
+    "adequate": ("CHECKMARK", "Nothing is missing: what is left is noise"),
+    "explained": ("INFO", "Something was missing, and is found"),
+    "unexplained": ("QUESTION", "Something is missing that is not known"),
+    "refused": ("ERROR", "The recording cannot decide"),
+}
+
+
+@lru_cache(maxsize=8)
+def report(text: str) -> dict:
+    """The parsed report; each is parsed once, however often it is drawn."""
+    return json.loads(text)
+
+
+def number(estimate: dict, scale: float = 1.0, digits: int = 3) -> str:
+    """A value with half of its 95 % interval."""
+    value = estimate["value"] * scale
+    if not estimate.get("ci95"):
+        return f"{value:.{digits}g}"
+    low, high = (x * scale for x in estimate["ci95"])
+    half = (high - low) / 2
+    return f"{value:.{digits}g} ± {half:.2g}"
+
+
+def modulus(estimate: dict) -> str:
+    """kPa or MPa, whichever reads better."""
+    if estimate["value"] >= 1e6:
+        return f"{number(estimate, 1e-6)} MPa"
+    return f"{number(estimate, 1e-3)} kPa"
+
+
+def name(effect: str) -> str:
+    return effect.replace("_", " ")
+
+
+def effect(found: dict) -> str:
+    """One line: what was found, with its numbers."""
+    parts = []
+    for key, value in found["parameters"].items():
+        if isinstance(value.get("value"), int | float):
+            unit = value.get("unit", "")
+            unit = "" if unit in ("", "1") else f" {unit}"
+            parts.append(f"{name(key)} {number(value)}{unit}")
+    return name(found["name"]).capitalize() + (": " + ", ".join(parts) if parts else "")
+
+
+def wrapped(text: str, width: int) -> list[str]:
+    """Lines of at most `width` characters, broken between words."""
+    lines, line = [], ""
+    for word in text.split():
+        if line and len(line) + 1 + len(word) > width:
+            lines.append(line)
+            line = word
+        else:
+            line = f"{line} {word}".strip()
+    return [*lines, line] if line else lines
