@@ -1,5 +1,6 @@
 """Independent simulator of filmed soft bodies: it shares no line with the code under test."""
 
-from .make import KINDS, cases, make
+from .kinds import KINDS, cases
+from .make import make
 
 __all__ = ["KINDS", "cases", "make"]

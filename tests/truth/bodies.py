@@ -21,6 +21,7 @@ class Body:
     pin_box: tuple  # (3,), (3,) m: the region that the case declares
     vertices: np.ndarray  # (V, 3) m: the surface that the case gives
     triangles: np.ndarray  # (T, 3)
+    path: np.ndarray  # (N,) way along the body, 0 at the held end, 1 at the free one
     axis: np.ndarray  # (3,) unit, from the held end to the free one
     swing: np.ndarray  # (3,) unit, the direction of the softest bending
     density: float  # kg/m3
@@ -35,9 +36,8 @@ class Body:
 
     @property
     def height(self) -> np.ndarray:
-        """(N,) place along the axis, 0 at the held end, 1 at the free one."""
-        s = self.nodes @ self.axis
-        return (s - s.min()) / np.ptp(s)
+        """(N,) place along the body, 0 at the held end, 1 at the free one."""
+        return self.path
 
     @property
     def weight(self) -> float:
@@ -56,7 +56,7 @@ def build(name, maps, counts, **given) -> Body:
     shown = given.pop("shown", maps)
     finer = given.pop("surface_counts", counts)
     net = solid.lattice(counts, keep)
-    nodes = maps(net.nodes)
+    nodes = maps(crowd(net.nodes, given.pop("crowded", (1, 1, 1))))
     skin = solid.lattice(finer, keep)
     used, faces = np.unique(skin.faces, return_inverse=True)
     axis = np.asarray(given["axis"], float)
@@ -68,6 +68,7 @@ def build(name, maps, counts, **given) -> Body:
     held = sorted([axis[side] * (low - 0.02 * size), axis[side] * (low + margin)])
     pin_low[side], pin_high[side] = held
     K, M = solid.matrices(nodes, net.cells, given["poisson"])
+    way = s if "path" not in given else nodes @ np.asarray(given["path"], float)
     return Body(
         name=name,
         nodes=nodes,
@@ -77,6 +78,7 @@ def build(name, maps, counts, **given) -> Body:
         pin_box=(pin_low, pin_high),
         vertices=shown(skin.nodes[used]),
         triangles=solid.triangles(faces.reshape(-1, 9)),
+        path=(way - way.min()) / np.ptp(way),
         axis=axis,
         swing=np.asarray(given["swing"], float),
         density=given["density"],
@@ -85,6 +87,12 @@ def build(name, maps, counts, **given) -> Body:
         stiffness=K,
         mass=given["density"] * M,
     )
+
+
+def crowd(u: np.ndarray, power: tuple) -> np.ndarray:
+    """Unit coordinates drawn towards a held end: 0 for a power above 1, 1 for one below -1."""
+    power = np.asarray(power, float)
+    return np.where(power > 0, u**abs(power), 1 - (1 - u) ** abs(power))
 
 
 def tuned(body: Body, first: float) -> Body:
@@ -126,19 +134,82 @@ def stuff(rng) -> dict:
     return {"density": rng.uniform(900, 1200), "poisson": rng.choice([0.42, 0.45, 0.47, 0.48])}
 
 
-def bar(rng, square: float | None = None) -> Body:
-    """A bar clamped at x = 0, slightly flatter in z than in y."""
+def disc(u: np.ndarray) -> np.ndarray:
+    """The square -1..1 (N, 2) mapped on the unit disc."""
+    return u * np.sqrt(1 - u[:, ::-1] ** 2 / 2)
+
+
+def bar(rng, symmetric: bool = False, fine: int = 1) -> Body:
+    """A bar clamped at x = 0, flatter in z than in y unless it is to be square."""
     length, side = rng.uniform(0.08, 0.18), rng.uniform(0.1, 0.16)
-    flat = rng.uniform(1.12, 1.3) if square is None else square
-    size = length * np.array([1, side * flat, side])
+    flat = rng.uniform(1.12, 1.3)
+    size = length * np.array([1, side * (1 if symmetric else flat), side])
+    body = build(
+        "bar", lambda u: size * (u - [0, 0.5, 0.5]), (13 * fine, 3 * fine, 3 * fine),
+        crowded=(1.3, 1, 1), axis=[1, 0, 0], swing=[0, 0, 1], surface_counts=(16, 2, 2), **stuff(rng),
+    )  # fmt: skip
+    return tuned(body, rng.uniform(2.5, 9))
+
+
+def pudding(rng, symmetric: bool = False, fine: int = 1) -> Body:
+    """A truncated cone on a plate."""
+    base, taper = rng.uniform(0.035, 0.06), rng.uniform(0.6, 0.85)
+    height = base * rng.uniform(1.1, 1.7)
 
     def maps(u):
-        return size * (u - [0, 0.5, 0.5])
+        radius = base * (1 - (1 - taper) * u[:, 2:])
+        return np.hstack([radius * disc(2 * u[:, :2] - 1), height * u[:, 2:]])
 
     body = build(
-        "bar", maps, (12, 2, 2), axis=[1, 0, 0], swing=[0, 0, 1], surface_counts=(16, 2, 2), **stuff(rng)
-    )
-    return tuned(body, rng.uniform(2.5, 11))
+        "pudding", maps, (4 * fine, 4 * fine, 5 * fine), crowded=(1, 1, 1.35), axis=[0, 0, 1], swing=[1, 0, 0],
+        surface_counts=(9, 9, 7), **stuff(rng),
+    )  # fmt: skip
+    return tuned(body, rng.uniform(3, 9))
 
 
-OBJECTS = {"bar": bar}
+def strip(rng, symmetric: bool = False, fine: int = 1) -> Body:
+    """A strip that hangs from its upper end at z = 0."""
+    length, wide = rng.uniform(0.15, 0.25), rng.uniform(0.15, 0.22)
+    thick = wide if symmetric else wide * rng.uniform(0.35, 0.5)
+    size = length * np.array([thick, wide, 1])
+    body = build(
+        "strip", lambda u: size * (u - [0.5, 0.5, 1]), (2 * fine, 3 * fine, 15 * fine),
+        crowded=(1, 1, -1.3), axis=[0, 0, -1], swing=[1, 0, 0], surface_counts=(2, 4, 22), **stuff(rng),
+    )  # fmt: skip
+    return tuned(body, rng.uniform(2, 6))
+
+
+def bracket(rng, symmetric: bool = False, fine: int = 1) -> Body:
+    """An L of square section: a leg that stands, an arm along x at its top."""
+    thick, arm, leg = rng.uniform(0.012, 0.022), int(rng.integers(3, 6)), int(rng.integers(4, 8))
+    counts = 2 * fine * np.array([arm, 1, leg])
+    size = thick * np.array([arm, 1, leg])
+
+    def keep(centre):
+        return (centre[:, 0] < 1 / arm) | (centre[:, 2] > 1 - 1 / leg)
+
+    body = build(
+        "bracket", lambda u: size * (u - [0, 0.5, 0]), tuple(counts), axis=[0, 0, 1],
+        swing=[0, 1, 0] if rng.random() < 0.5 else [1, 0, 0], path=[1, 0, 1], keep=keep, **stuff(rng),
+    )  # fmt: skip
+    return tuned(body, rng.uniform(2, 7))
+
+
+def jelly(rng, symmetric: bool = False, fine: int = 1) -> Body:
+    """A tall jelly of elliptic section that narrows upwards."""
+    radius, flat = rng.uniform(0.018, 0.03), rng.uniform(1.12, 1.35)
+    height, taper = radius * rng.uniform(3.2, 4.6), rng.uniform(0.1, 0.35)
+    section = radius * np.array([1, 1 if symmetric else flat])
+
+    def maps(u):
+        narrow = 1 - taper * u[:, 2:] ** 2
+        return np.hstack([narrow * section * disc(2 * u[:, :2] - 1), height * u[:, 2:]])
+
+    body = build(
+        "jelly", maps, (4 * fine, 4 * fine, 8 * fine), crowded=(1, 1, 1.3), axis=[0, 0, 1], swing=[1, 0, 0],
+        surface_counts=(8, 8, 13), **stuff(rng),
+    )  # fmt: skip
+    return tuned(body, rng.uniform(2.5, 8))
+
+
+OBJECTS = {"bar": bar, "pudding": pudding, "strip": strip, "bracket": bracket, "jelly": jelly}

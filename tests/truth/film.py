@@ -23,6 +23,7 @@ class Planted:
     film: object = None  # (strength, Film) -> Film: camera, clock, tracker
     layer: str = "time"  # "modal": judged against the body's own frequencies and shapes
     tunable: bool = True
+    turned: object = None  # () -> body, turned over for a second take
 
 
 @dataclass(eq=False)
@@ -51,7 +52,7 @@ def shoot(stage: scene.Scene, planted: list, strengths: list) -> Film:
     top = max(stage.period, 1e-9)
     per_frame = int(np.ceil(scene.STEPS / (top * stage.fps)))
     step = 1 / (stage.fps * per_frame)
-    count = (stage.frames + 12) * per_frame
+    count = int(stage.frames * stage.margin + 12) * per_frame
     track = reduced.run(system, state, step, count, acting)
     motion = mover(stage, system, track, rest, [(p, s) for p, s in pairs if p.shift])
     nominal = np.arange(stage.frames + stage.before) / stage.fps
@@ -72,7 +73,7 @@ def model(stage, pairs) -> reduced.System:
         body, bed = p.body(s, body)
         ground = bed if bed is not None else ground
     key = id(stage)
-    if changed or getattr(stage, "plain", None) is None or stage.plain[0] != key:
+    if changed or stage.plain is None or stage.plain[0] != key:
         system = scene.system_of(stage, body, ground)
         if not changed:
             stage.plain = (key, system)

@@ -3,20 +3,23 @@
 kind: an effect's name, "null", "two:a+b", "absent:x", "twin:a|b" or "trap:x".
 """
 
-import zlib
+import copy
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from . import bodies, camera, film, linear_fit, plant, plant_body, plant_camera, scene, write
+from . import bodies, camera, film, kinds, linear_fit, scene, write
+from . import plant, plant_absent, plant_body, plant_camera  # isort: skip
 
-MODULES = (plant, plant_body, plant_camera)
+MODULES = (plant, plant_absent, plant_body, plant_camera)
 NEEDS = {name: needs for module in MODULES for name, needs in module.NEEDS.items()}
-EFFECTS = (
-    "added_mass", "compliant_pin", "large_amplitude", "dry_friction", "air_drag", "relaxation",
-    "stiffness_drift", "contact", "steady_drive", "tracker_drift", "lost_frames", "rolling_shutter",
-)  # fmt: skip
-KINDS = ("null", *EFFECTS)
+SECOND = {  # kinds that sometimes come with a second take, and of which sort
+    "null": ("softer", "loaded"), "large_amplitude": ("softer",), "dry_friction": ("softer",),
+    "air_drag": ("softer",), "asymmetric_stiffness": ("other_side",), "contact": ("other_side",),
+    "relaxation": ("other_side", "softer"), "added_mass": ("loaded",),
+    "compliant_pin": ("loaded",), "graded_stiffness": ("loaded",),
+}  # fmt: skip
 
 
 def effect(name: str):
@@ -27,47 +30,111 @@ def effect(name: str):
     raise KeyError(f"truth: no effect {name!r} can be planted.")
 
 
-def names_of(kind: str) -> list:
-    """Effects that `kind` plants."""
-    if kind == "null":
-        return []
-    return kind.split(":")[-1].split("+")
-
-
 def make(kind: str, seed: int, folder, **given) -> dict:
     """Write the case of `kind` and `seed` in `folder`; return the truth, which is not written there.
 
     `given`: object= a name of bodies.OBJECTS, flat= True for 2-D, snr= dB, ratio= declared error
-    over the noise floor.
+    over the noise floor, takes= 1 for a single take.
     """
-    rng = np.random.default_rng([seed, zlib.crc32(kind.encode())])
-    names = names_of(kind)
+    rng = np.random.default_rng([seed, kinds.number(kind)])
+    stage, planted, given = stand(kind, seed, rng, given)
+    snr, ratio = loudness(rng, given)
+    shot, strengths, sigma, error = tune(stage, planted, snr, ratio)
+    truth = truth_of(kind, seed, stage, planted, strengths, shot, sigma, error)
+    if kind == "mesh_stiffening":
+        truth["elements"] = int(rng.integers(150, 400))
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    takes = [noisy(rng, shot, sigma)]
+    more = None if given.get("takes") == 1 else second(rng, kind, stage, planted)
+    if more is not None:
+        other, planted, entry = more
+        takes.append(noisy(rng, film.shoot(other, planted, strengths), sigma))
+        truth["takes"], truth["second"] = 2, entry
+    store(folder, f"{kind} {seed} {stage.body.name}", stage, shot, takes, rng, more and more[2])
+    return truth
+
+
+def stand(kind, seed, rng, given):
+    """The scene, its planted effects, and what is given or needed for them."""
+    names = kinds.planted_in(kind, seed)
     needs = {}
     for name in names:
         needs |= NEEDS.get(name, {})
-    body = bodies.OBJECTS[given.get("object") or str(rng.choice(list(bodies.OBJECTS)))](rng)
+    needs |= kinds.TWINS.get(kind.split(":")[-1], {})
+    choice = needs.get("objects", tuple(bodies.OBJECTS))
+    name = given.get("object") or choice[(seed + kinds.number(kind)) % len(choice)]
+    body = bodies.OBJECTS[name](rng, symmetric=needs.get("symmetric", False))
     stage = scene.draw(rng, body, needs)
     flat = given.get("flat", needs.get("flat", rng.random() < 0.45))
     if flat:
-        stage.camera = camera.draw(rng, body, portrait=needs.get("portrait", False))
+        tilt = needs.get("tilt", 0.35)
+        stage.camera = camera.draw(rng, stage.body, tilt, portrait=needs.get("portrait", False))
+        if rng.random() < 0.2 and "perspective" not in names:
+            size = np.linalg.norm(np.ptp(body.nodes, axis=0))
+            stage.pinhole = True
+            stage.camera = replace(stage.camera, distance=size * rng.uniform(3, 10))
+    if kind == "null" and rng.random() < 0.2:
+        load_known(rng, stage)
     planted = [effect(name)(rng, stage) for name in names]
-    snr, ratio = loudness(rng, given)
-    shot, strengths, sigma, error = tune(stage, planted, snr, ratio)
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    noisy = shot.values + sigma * rng.standard_normal(shot.values.shape)
-    lose(rng, noisy)
-    store(folder, f"{kind} {seed} {body.name}", stage, shot, noisy, rng)
-    return truth_of(kind, seed, stage, planted, strengths, shot, sigma, error)
+    return stage, planted, {**needs, **given}
+
+
+def load_known(rng, stage, share=None) -> None:
+    """A lumped mass that the case declares."""
+    node = scene.pick(rng, stage.body, 0.6, 1.0)
+    mass = stage.body.weight * (share or rng.uniform(0.05, 0.25))
+    stage.loads = [(node, mass)]
+    stage.body = replace(stage.body, mass=plant_body.weighted(stage.body, node, mass))
+
+
+def second(rng, kind, stage, planted):
+    """Sometimes another take: (scene, planted, its entry in the case) or None."""
+    if planted and getattr(planted[0], "turned", None):
+        other = copy.copy(stage)
+        body = planted[0].turned()
+        other.body = replace(stage.body, nodes=body.nodes)
+        again = copy.copy(planted[0])
+        again.body = lambda s, plain: (body, None)
+        return other, [again], {"gravity": -stage.weighed}
+    if kind not in SECOND or stage.release == "gravity" or rng.random() > 0.35:
+        return None
+    how = str(rng.choice(SECOND[kind]))
+    other = copy.copy(stage)
+    other.plain = None
+    entry = {"held_out": bool(rng.random() < 0.4)} if how != "loaded" else {}
+    if how == "other_side":
+        other.direction = stage.direction
+        other.amplitude = -stage.amplitude * rng.uniform(0.6, 1.0)
+    elif how == "softer":
+        other.amplitude = stage.amplitude * rng.uniform(0.3, 0.6)
+    else:
+        load_known(rng, other)
+        place = stage.body.nodes[other.loads[0][0]]
+        entry["load"] = [{"mass": other.loads[0][1], "position": place}]
+    return other, planted, entry
+
+
+def noisy(rng, shot, sigma) -> np.ndarray:
+    """The film with white noise and, in one of five, some samples missing in short runs."""
+    values = shot.values + sigma * rng.standard_normal(shot.values.shape)
+    if rng.random() < 0.2:
+        for _ in range(int(rng.integers(1, 6))):
+            at, marker = rng.integers(len(values)), rng.integers(values.shape[1])
+            values[at : at + int(rng.integers(1, 6)), marker] = np.nan
+    return values
 
 
 def loudness(rng, given) -> tuple[float, float]:
     """Signal to noise (dB) and the declared model's error over the noise floor."""
-    snr = given.get("snr") or rng.uniform(20, 50)
+    snr = given.get("snr", (20, 50))
+    snr = rng.uniform(*snr) if isinstance(snr, tuple) else snr
     noise = 10 ** (-snr / 20)
+    if given.get("ratio"):
+        return snr, min(given["ratio"], max(0.35 / noise, 1.5))
     low, high = max(2.0, 0.012 / noise), min(10.0, 0.3 / noise)
     ratio = np.exp(rng.uniform(np.log(min(low, high)), np.log(max(low, high))))
-    return snr, given.get("ratio") or ratio
+    return snr, ratio
 
 
 def error_of(stage, planted, shot) -> float:
@@ -106,12 +173,12 @@ def tune(stage, planted, snr: float, ratio: float):
     wanted = sigma * np.sqrt(ratio**2 - 1)
     if not planted:
         return shot, strengths, sigma, 0.0
-    if not any(p.tunable for p in planted):
+    if not any(p.tunable or p.name == "lost_frames" for p in planted):
         return shot, strengths, sigma, error_of(stage, planted, shot)
     errors = []
     for i, one in enumerate(planted):
         strengths[i], error = tune_one(stage, one, wanted)
-        if one.tunable:
+        if one.tunable or one.name == "lost_frames":
             errors.append(error)
     shot = film.shoot(stage, planted, strengths)
     sigma = min(max(min(errors) / np.sqrt(ratio**2 - 1), rms * 10**-2.5), rms * 0.1)
@@ -140,41 +207,62 @@ def spread(shot, stage) -> float:
     return float(np.sqrt(np.mean((values - values.mean(0)) ** 2)))
 
 
-def lose(rng, values) -> None:
-    """In one recording of five some samples are missing, in short runs."""
-    if rng.random() < 0.2:
-        for _ in range(int(rng.integers(1, 6))):
-            at, marker = rng.integers(len(values)), rng.integers(values.shape[1])
-            values[at : at + int(rng.integers(1, 6)), marker] = np.nan
-
-
-def store(folder, title, stage, shot, noisy, rng, **more) -> None:
+def store(folder, title, stage, shot, takes, rng, more=None) -> None:
     """The case as its author would write it: what he knows, and nothing else."""
     body = stage.body
     names = [f"m{i + 1}" for i in range(len(stage.markers))]
     names += [f"s{i + 1}" for i in range(len(stage.support))]
     timed = stage.camera is None or rng.random() < 0.5
     write.surface(folder / "body.obj", body.vertices, body.triangles)
-    write.tracks(folder / "tracks.csv", names, noisy, shot.nominal if timed else None)
+    for n, values in enumerate(takes):
+        where = folder / f"tracks{n + 1 if n else ''}.csv"
+        write.tracks(where, names, values, shot.nominal if timed else None)
     thing = {"mesh": "body.obj", "length_unit": "m", "density": body.density}
     thing["poisson_ratio"] = body.poisson
     if stage.gravity is not None:
         thing |= {"gravity": stage.gravity, "shape": "unloaded"}
+    if stage.weighed is not None:
+        thing |= {"gravity": stage.weighed, "shape": "equilibrium"}
+    thing |= stage.said
     recording = {"tracks": "tracks.csv", "capture_fps": stage.fps}
     if stage.start is not None:
         recording["start"] = round(stage.start, 6)
+    again = recording | {"tracks": "tracks2.csv"} | (more or {}) if len(takes) > 1 else None
+    known = [{"mass": m, "position": body.nodes[n]} for n, m in stage.loads]
+    lens = "pinhole" if stage.pinhole else "orthographic"
     low, high = (np.round(side, 6) for side in body.pin_box)
     tables = [
         ("[object]", thing),
         ("[[pin]]", {"box": {"min": low, "max": high}}),
-        ("[model]", {"declared": ["viscous_damping"]}),
+        *(("[[load]]", one) for one in known),
+        ("[model]", {"declared": list(stage.declared)}),
         ("[recording]", recording),
-        ("[camera]", stage.camera.entry("orthographic") if stage.camera else None),
+        ("[[take]]", again),
+        ("[camera]", stage.camera.entry(lens) if stage.camera else None),
     ]
     for name, node in zip(names, [*stage.markers, *stage.support], strict=True):
         on = "object" if name[0] == "m" else "support"
         tables.append(("[[marker]]", {"name": name, "on": on, "position": body.nodes[node]}))
     write.case(folder, {"name": title}, tables)
+
+
+def expected(kind: str, names: list) -> dict:
+    """Which names are right, which verdict, and whether the case can show Young's modulus."""
+    group = kind.split(":")[0]
+    right, verdict = names, "explained" if names else "adequate"
+    if group == "twin":
+        right = kind.split(":")[1].split("|")
+    if kind == "structural_damping":
+        right = ["structural_damping", "viscous_damping"]
+    if group == "trap":
+        right, verdict = [], "adequate"
+    if group == "absent":
+        right, verdict = [], "unexplained"
+    hidden = {"trap:clock", "trap:density", "clock", "poisson_ratio", "graded_stiffness"}
+    return {
+        "acceptable": right, "verdict": verdict, "modulus_identifiable": kind not in hidden,
+        "takes": 1, "second": None, "elements": None,
+    }  # fmt: skip
 
 
 def truth_of(kind, seed, stage, planted, strengths, shot, sigma, error) -> dict:
@@ -194,8 +282,7 @@ def truth_of(kind, seed, stage, planted, strengths, shot, sigma, error) -> dict:
         "poisson_ratio": body.poisson,
         "frequency_hz": system.frequency[:6].tolist(),
         "damping_ratio": stage.ratio[:6].tolist(),
-        "acceptable": list(facts),
-        "verdict": "explained" if planted else "adequate",
+        **expected(kind, list(facts)),
         "snr_db": float(20 * np.log10(spread(shot, stage) / sigma)),
         "sigma": sigma,
         "floor_tail": sigma / np.hypot(moved, sigma),
@@ -207,9 +294,3 @@ def truth_of(kind, seed, stage, planted, strengths, shot, sigma, error) -> dict:
         "fps": stage.fps,
         "release": stage.release,
     }
-
-
-def cases(subset: str = "quick", seed: int = 1) -> list:
-    """(kind, seed) of a subset: "quick" one of each kind, "whole" what the confusion matrix needs."""
-    count = 1 if subset == "quick" else 4
-    return [(kind, seed + n) for kind in KINDS for n in range(count if kind != "null" else 5 * count)]

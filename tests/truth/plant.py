@@ -5,15 +5,25 @@ import numpy as np
 from . import forces, scene
 from .film import Planted
 
+HAND = ("pull", "pull", "knock")
+LONG = {"damping": (0.01, 0.03), "release": HAND}
+OTHER = LONG | {"ratio": 5.0}
+KNOCKED = {"damping": (0.012, 0.03), "release": "knock", "fps": "fast", "reach": (0.3, 0.65)}
 NEEDS = {
-    "large_amplitude": {"damping": (0.012, 0.05)},
+    "large_amplitude": LONG,
     "dry_friction": {"damping": (0.01, 0.03)},
     "air_drag": {"damping": (0.01, 0.03)},
-    "relaxation": {"release": "pull", "damping": (0.015, 0.06)},
+    "relaxation": {"release": ("pull", "pull", "gravity"), "damping": (0.015, 0.06)},
     "contact": {"release": "pull"},
-    "asymmetric_stiffness": {},
+    "asymmetric_stiffness": {"release": HAND},
+    "stiffness_drift": {"release": HAND},
     "steady_drive": {"bare": True, "damping": (0.015, 0.06)},
-    "structural_damping": {"damping": (0.015, 0.05)},
+    "structural_damping": KNOCKED,
+    "viscous_damping": KNOCKED,
+    "stick_slip": OTHER,
+    "tuned_absorber": OTHER,
+    "sudden_crack": OTHER | {"bare": True},
+    "intermittent_touch": OTHER | {"bare": True},
 }
 
 
@@ -124,23 +134,6 @@ def dry_friction(rng, stage) -> Planted:
     )  # fmt: skip
 
 
-def stick_slip(rng, stage) -> Planted:
-    """Rubbing that weakens with speed: not in the library."""
-    node, k, far = touch(stage, rng, 0.5)
-    pace = far * 2 * np.pi / stage.period * rng.uniform(0.1, 0.25)
-    ratio = rng.uniform(3.0, 6.0)
-
-    def force(s, system):
-        low = s * k * far
-        return forces.Rub(
-            row_of(stage, system, node),
-            lambda speed: low * (1 + (ratio - 1) * np.exp(-((speed / pace) ** 2))),
-            40 * k,
-        )
-
-    return Planted("stick_slip", 0.02, (0.001, 0.1), lambda s, film: {"force": s * k * far}, force=force)
-
-
 def air_drag(rng, stage) -> Planted:
     body = stage.body
     area = scene.bodies.solid.area_vectors(body.nodes, body.faces)
@@ -159,7 +152,7 @@ def air_drag(rng, stage) -> Planted:
 
 def relaxation(rng, stage) -> Planted:
     time = stage.duration * np.exp(rng.uniform(np.log(0.1), np.log(0.5)))
-    stage.hold = time * rng.choice([0.7, 2.0, 10.0])
+    stage.hold = np.inf if stage.release == "gravity" else time * rng.choice([0.7, 2.0, 10.0])
 
     def system(s, plain):
         return scene.reduced.System(**{**vars(plain), "branch": (s, time)})
@@ -189,29 +182,6 @@ def stiffness_drift(rng, stage) -> Planted:
     )  # fmt: skip
 
 
-def sudden_crack(rng, stage) -> Planted:
-    """The stiffness of a slice drops at an instant: not in the library."""
-    when = stage.duration * rng.uniform(0.2, 0.5)
-    place = rng.uniform(0.0, 0.4)
-    body = stage.body
-    part, _ = scene.bodies.solid.matrices(
-        body.nodes, body.cells, body.poisson,
-        lambda x: body.young * np.exp(-0.5 * ((level(body, x) - place) / 0.08) ** 2),
-    )  # fmt: skip
-
-    def force(s, system):
-        K = system.basis.T @ (part @ system.basis)
-        return forces.Fading(K, lambda t: -s * (t >= when))
-
-    return Planted("sudden_crack", 0.2, (0.01, 0.8), lambda s, film: {"time": when}, force=force)
-
-
-def level(body, x) -> np.ndarray:
-    """Height 0..1 of any places (..., 3)."""
-    s = body.nodes @ body.axis
-    return (x @ body.axis - s.min()) / np.ptp(s)
-
-
 def steady_drive(rng, stage) -> Planted:
     first = scene.bodies.modes(stage.body, 2)[0]
     while True:
@@ -238,18 +208,20 @@ def steady_drive(rng, stage) -> Planted:
     )  # fmt: skip
 
 
-def intermittent_touch(rng, stage) -> Planted:
-    """Something leans on the body in spells: not in the library."""
-    node, k, far = touch(stage, rng, 0.5)
-    span = stage.duration
-    spells, t = [], rng.uniform(0.05, 0.15) * span
-    while t < span:
-        long = rng.uniform(0.1, 0.2) * span
-        spells.append((t, t + long))
-        t += long + rng.uniform(0.1, 0.25) * span
-    pace = 2 * np.pi / stage.period
+def viscous_damping(rng, stage) -> Planted:
+    """The case declares no damping at all."""
+    stage.declared = ()
+    ratio = stage.ratio[:3].tolist()
+    return Planted(
+        "viscous_damping", 1.0, (1, 1), lambda s, film: {"damping_ratio": ratio}, tunable=False
+    )
 
-    def force(s, system):
-        return forces.Touch(row_of(stage, system, node), s * k, 0.3 * s * k / pace, spells)
 
-    return Planted("intermittent_touch", 0.2, (0.01, 2.0), lambda s, film: {"spells": spells}, force=force)
+def structural_damping(rng, stage) -> Planted:
+    """One loss factor for every mode, and the case declares no damping."""
+    stage.declared = ()
+    stage.ratio = np.full_like(stage.ratio, stage.ratio[0])
+    eta = 2 * float(stage.ratio[0])
+    return Planted(
+        "structural_damping", 1.0, (1, 1), lambda s, film: {"loss_factor": eta}, tunable=False
+    )

@@ -3,15 +3,25 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
+from . import forces, scene
 from .film import Planted, look
 
-FLAT = {"flat": True}
 NEEDS = {
-    "rolling_shutter": {"flat": True, "portrait": True, "markers": (5, 13), "fps": 60.0},
+    "rolling_shutter": {"flat": True, "portrait": True, "markers": (5, 13), "fps": "slow"},
     "lost_frames": {"bare": True},
     "tracker_drift": {"markers": (5, 13)},
-}
+    "base_motion": {"markers": (4, 13), "support": 0.75},
+    "perspective": {
+        "flat": True, "tilt": 1.0, "markers": (6, 13), "snr": (32, 50), "damping": (0.01, 0.03),
+        "release": "pull",
+    },
+    "aliasing": {"fps": "alias", "release": "knock", "reach": (0.3, 0.65), "damping": (0.008, 0.03),
+                 "markers": (5, 13)},
+    "clock": {"release": "gravity"},
+    "exposure": {},
+}  # fmt: skip
 
 
 def again(film, **changes):
@@ -83,3 +93,98 @@ def tracker_drift(rng, stage) -> Planted:
         "tracker_drift", 0.1, (0.002, 1.0),
         lambda s, film: {"markers": [f"m{which + 1}"], "form": str(form)}, film=change,
     )  # fmt: skip
+
+
+def base_motion(rng, stage) -> Planted:
+    """The camera or the support moves: smooth and random, or a wobble that dies out."""
+    who, form = rng.choice(["camera", "camera", "support"]), rng.choice(["random", "wobble"])
+    span = stage.duration * 1.3
+    time = np.arange(-2.0, span + 0.5, min(0.002, stage.period / 100))
+    if form == "random":
+        f, phase = rng.uniform(0.3, 4.0, 5) / span * 3, rng.uniform(0, 2 * np.pi, 5)
+        path = (np.sin(2 * np.pi * np.outer(time, f) + phase) * rng.uniform(0.4, 1, 5)).sum(1)
+    else:
+        f = rng.uniform(0.25, 0.6) / stage.period
+        late = np.maximum(time, 0)
+        path = late**2 / (late**2 + 0.05**2) * np.sin(2 * np.pi * f * late + rng.uniform(0, 6))
+        path = path * np.exp(-late * rng.uniform(1.0, 2.5) / span)
+    inside = path[(time >= 0) & (time <= stage.duration)]
+    path = CubicSpline(time, path / inside.std())
+    way = across(rng, stage)
+    inertia = stage.body.mass @ np.tile(way, len(stage.body.nodes))
+
+    def force(s, system):
+        bend = path.derivative(2)
+        return forces.Shaken(
+            system.basis.T @ inertia, lambda t: s * stage.amplitude * float(bend(t))
+        )
+
+    return Planted(
+        "base_motion", 0.05, (0.001, 0.6),
+        lambda s, film: {"rms": s * stage.amplitude, "who": str(who), "form": str(form)},
+        force=force if who == "support" else None,
+        shift=lambda s, t: s * stage.amplitude * path(t)[:, None] * way,
+    )  # fmt: skip
+
+
+def across(rng, stage) -> np.ndarray:
+    """A random direction that the camera sees."""
+    way = rng.standard_normal(3)
+    if stage.camera is not None:
+        way -= (way @ stage.camera.look) * stage.camera.look
+    return way / np.linalg.norm(way)
+
+
+def perspective(rng, stage) -> Planted:
+    """A real lens near by, while the case says orthographic."""
+    size = np.linalg.norm(np.ptp(stage.body.nodes, axis=0))
+
+    def change(s, film):
+        new = again(film, camera=replace(film.camera, distance=size / s))
+        new.values = look(new)
+        return new
+
+    return Planted(
+        "perspective", 0.15, (0.03, 0.5), lambda s, film: {"distance": size / s}, film=change,
+        layer="modal",
+    )  # fmt: skip
+
+
+def aliasing(rng, stage) -> Planted:
+    """A mode above half the frame rate: the scene does it, see `scene.rate`."""
+    def facts(s, film):
+        f = film.system.frequency
+        above = f[(f > 0.5 * stage.fps) & (f < stage.limit)]
+        return {"frequency": float(above[0])}
+
+    return Planted("aliasing", 1.0, (1, 1), facts, tunable=False)
+
+
+def clock(rng, stage) -> Planted:
+    """The camera ran `factor` times as fast as declared."""
+    factor = rng.choice([rng.uniform(0.78, 0.92), rng.uniform(1.1, 1.3)])
+    rest = stage.before / stage.fps
+    stage.margin = 1.35
+
+    def change(s, film):
+        new = again(film, time=rest + (film.nominal - rest) / factor)
+        new.values = look(new)
+        return new
+
+    return Planted(
+        "clock", 1.0, (1, 1), lambda s, film: {"factor": factor}, film=change, tunable=False,
+        layer="modal",
+    )  # fmt: skip
+
+
+def exposure(rng, stage) -> Planted:
+    """The shutter stays open for a good part of the frame: less amplitude, nothing else."""
+    part = rng.uniform(0.3, 0.95)
+
+    def change(s, film):
+        inside = (np.arange(7) - 3) / 7 * part / stage.fps
+        new = again(film)
+        new.values = np.mean([look(film, film.time + d) for d in inside], axis=0)
+        return new
+
+    return Planted("exposure", 1.0, (1, 1), lambda s, film: {"share": part}, film=change, tunable=False)

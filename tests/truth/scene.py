@@ -30,6 +30,14 @@ class Scene:
     gravity: np.ndarray | None = None  # (3,) m/s2, given in the case
     hold: float = 5.0  # s, how long it was held before the release
     touched: list = field(default_factory=list)  # nodes that forces act on
+    said: dict = field(default_factory=dict)  # what the case states otherwise than it is
+    declared: tuple = ("viscous_damping",)
+    loads: list = field(default_factory=list)  # (node, kg) known to the case
+    weighed: np.ndarray | None = None  # (3,) gravity in the case of a mesh in equilibrium
+    limit: float = 0.0  # Hz: modes above are left in peace by the release
+    margin: float = 1.0  # how much longer to simulate than to film
+    plain: tuple | None = None  # the system with no planted change of the body, once it is known
+    pinhole: bool = False  # the case declares a pinhole camera
 
     @property
     def duration(self) -> float:
@@ -64,8 +72,8 @@ def start_of(scene: Scene, system, acting=()) -> tuple[np.ndarray, np.ndarray]:
 
     Hands and threads let go in some milliseconds: what lies above the frame rate stays quiet.
     """
-    soft = 1 / (1 + (system.frequency / (0.3 * scene.fps)) ** 4)
-    soft[system.frequency > 0.45 * scene.fps] = 0
+    soft = 1 / (1 + (system.frequency / (0.66 * scene.limit)) ** 4)
+    soft[system.frequency > scene.limit] = 0
     r = system.size
     q, v, rest = np.zeros(r), np.zeros(r), np.zeros(r)
     if scene.release == "gravity":
@@ -108,10 +116,13 @@ def places(body) -> np.ndarray:
     return skin[~body.pinned[skin]]
 
 
-def pick(rng, body, low: float, high: float) -> int:
+def pick(rng, body, low: float, high: float, off_centre: bool = False) -> int:
     """A free surface node between two heights (0 held, 1 free end)."""
     skin = places(body)
     inside = skin[(body.height[skin] >= low) & (body.height[skin] <= high)]
+    if off_centre:
+        away = np.linalg.norm(np.cross(body.nodes[inside], body.axis), axis=1)
+        inside = inside[away > 0.8 * away.max()]
     return int(rng.choice(inside))
 
 
@@ -130,32 +141,78 @@ def spread(rng, body, count: int) -> list:
     return chosen
 
 
+def rate(rng, body, wish) -> tuple[float, float]:
+    """Frames a second, and the highest frequency (Hz) that the release excites."""
+    f = bodies.modes(body, 6)[0]
+    usual = np.array([60.0, 100, 120, 200, 240])
+    if wish == "alias":
+        second = f[f > 2.2 * f[0]][0]
+        slow = np.array([24.0, 25, 30, 50, 60, 100])
+        slow = slow[(second > 0.54 * slow) & (second < 0.93 * slow) & (slow > 3.5 * f[0])]
+        fps = float(rng.choice(slow)) if len(slow) else second / 0.7
+        return fps, 1.15 * second
+    if wish == "fast":
+        usual = usual[-2:]
+    if wish == "slow":
+        usual = usual[:1]
+    enough = usual[usual >= min(12 * f[0], usual[-1])]
+    fps = float(rng.choice(enough))
+    return fps, 0.45 * fps
+
+
+def falling(rng, body):
+    """A body stiff enough to be let fall from its unloaded shape, and gravity in its axes."""
+    gravity = -9.81 * body.swing + rng.normal(0, 0.3, 3)
+    sag = respond_to(body, gravity)
+    return bodies.tuned(
+        body, bodies.modes(body, 1)[0][0] * np.sqrt(max(1.0, sag / (body.size * rng.uniform(0.05, 0.1))))
+    ), gravity
+
+
+def respond_to(body, gravity) -> float:
+    """Largest static motion (m) under gravity."""
+    load = body.mass @ np.tile(gravity, len(body.nodes))
+    u = bodies.respond(body, load[:, None]).reshape(-1, 3)
+    return float(np.linalg.norm(u, axis=1).max())
+
+
+def aim(rng, body, needs) -> np.ndarray:
+    """(3,) unit direction of the pull or knock."""
+    side = np.cross(body.axis, body.swing)
+    turn = rng.uniform(*needs["turn"]) if "turn" in needs else np.radians(rng.normal(0, 14))
+    return np.cos(turn) * body.swing + np.sin(turn) * side
+
+
+def held_markers(rng, body, needs) -> list:
+    """Nodes of 0 to 2 markers on the support."""
+    chance = needs.get("support")
+    count = rng.choice([0, 1, 2]) if chance is None else (2 if rng.random() < chance else 0)
+    held = np.flatnonzero(body.pinned)
+    return [int(n) for n in rng.choice(held, int(count), replace=False)]
+
+
 def draw(rng, body, needs: dict) -> Scene:
     """A session on `body`; `needs` are what the planted effect cannot do without."""
-    first = bodies.modes(body, 1)[0][0]
+    release = needs.get("release") or ["pull"] * 4 + ["knock"] * 3 + ["gravity"]
+    release = release if isinstance(release, str) else str(rng.choice(release))
+    gravity, far = None, body.size * rng.uniform(0.04, 0.12)
+    if release == "gravity":
+        body, gravity = falling(rng, body)
+        far = respond_to(body, gravity)
     low, high = needs.get("damping", (0.01, 0.06))
     z = np.exp(rng.uniform(np.log(low), np.log(high)))
     ratio = z * np.concatenate([[1], np.sort(rng.uniform(0.8, 2.2, MODES - 1))])
+    fps, limit = rate(rng, body, needs.get("fps"))
     cycles = np.clip(rng.uniform(1.8, 3.2) / (2 * np.pi * z), 8, 60)
-    choices = np.array([60.0, 100, 120, 200, 240])
-    fps = needs.get("fps") or float(rng.choice(choices[choices >= min(12 * first, 120)]))
-    frames = int(np.clip(cycles / first * fps, 100, 600))
-    release = needs.get("release") or rng.choice(["pull", "pull", "knock"])
-    side = np.cross(body.axis, body.swing)
-    turn = np.radians(rng.normal(0, 14)) if "turn" not in needs else needs["turn"]
-    direction = np.cos(turn) * body.swing + np.sin(turn) * side
-    reach = needs.get("reach") or ((0.85, 1.0) if release == "pull" else (0.4, 1.0))
-    markers = spread(rng, body, int(rng.integers(*needs.get("markers", (3, 13)))))
-    held = np.flatnonzero(body.pinned)
-    support = list(rng.choice(held, int(rng.choice([0, 1, 2])), replace=False))
-    if needs.get("support"):
-        support = list(rng.choice(held, 2, replace=False))
+    frames = int(np.clip(cycles / bodies.modes(body, 1)[0][0] * fps, 100, 600))
+    reach = needs.get("reach") or ((0.85, 1.0) if release != "knock" else (0.4, 1.0))
+    node = pick(rng, body, *reach, off_centre=needs.get("off_centre", False))
     before = 0
     if release != "gravity" and not needs.get("bare") and rng.random() < 0.4:
         before = int(rng.uniform(0.15, 0.5) * fps)
     start = before / fps if rng.random() < (0.75 if before else 0.5) else None
     return Scene(
-        body, ratio, release, pick(rng, body, *reach), direction,
-        body.size * rng.uniform(0.04, 0.12), markers, [int(n) for n in support],
-        fps, frames, before, start,
+        body, ratio, release, node, aim(rng, body, needs), far,
+        spread(rng, body, int(rng.integers(*needs.get("markers", (3, 13))))),
+        held_markers(rng, body, needs), fps, frames, before, start, gravity=gravity, limit=limit,
     )  # fmt: skip

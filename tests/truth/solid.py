@@ -11,6 +11,8 @@ from scipy import sparse
 
 GAUSS = np.sqrt(0.6) * np.array([-1.0, 0.0, 1.0])
 WEIGHT = np.array([5.0, 8.0, 5.0]) / 9
+FULL = (GAUSS, WEIGHT)
+REDUCED = (np.array([-1.0, 1.0]) / np.sqrt(3), np.ones(2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,25 +70,25 @@ def quadratic(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return value, slope
 
 
-def reference() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """N (27, 27), dN (27, 27, 3) and weights (27,) at the 3 x 3 x 3 Gauss points."""
-    n, d = quadratic(GAUSS)
-    N = np.einsum("ai,bj,ck->abcijk", n, n, n).reshape(27, 27)
+def reference(rule) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """N (G, 27), dN (G, 27, 3) and weights (G,) of a Gauss rule (points, weights) cubed."""
+    n, d = quadratic(rule[0])
+    N = np.einsum("ai,bj,ck->abcijk", n, n, n).reshape(-1, 27)
     dN = np.stack(
         [
-            np.einsum("ai,bj,ck->abcijk", *three).reshape(27, 27)
+            np.einsum("ai,bj,ck->abcijk", *three).reshape(-1, 27)
             for three in ((d, n, n), (n, d, n), (n, n, d))
         ],
         -1,
     )
-    return N, dN, np.einsum("a,b,c->abc", WEIGHT, WEIGHT, WEIGHT).ravel()
+    return N, dN, np.einsum("a,b,c->abc", *3 * [rule[1]]).ravel()
 
 
-def gradients(nodes: np.ndarray, cells: np.ndarray):
+def gradients(nodes: np.ndarray, cells: np.ndarray, rule=FULL):
     """Yield per Gauss point: N (27,), dN/dx (H, 27, 3), weight times det J (H,)."""
-    N, dN, weight = reference()
+    N, dN, weight = reference(rule)
     x = nodes[cells]
-    for g in range(27):
+    for g in range(len(N)):
         J = np.einsum("hai,aj->hij", x, dN[g])
         det = np.linalg.det(J)
         if not (det > 0).all():
@@ -95,24 +97,61 @@ def gradients(nodes: np.ndarray, cells: np.ndarray):
 
 
 def matrices(nodes, cells, poisson: float, modulus=None) -> tuple:
-    """Stiffness at 1 Pa and mass at 1 kg/m3, both (3N, 3N); modulus(x (H, 3)) -> (H,) varies E."""
+    """Stiffness at 1 Pa and mass at 1 kg/m3, both (3N, 3N); modulus(x (H, 3)) -> (H,) varies E.
+
+    The volumetric part is integrated at 2 x 2 x 2 points: with 3 x 3 x 3 nearly incompressible
+    cells come out some per cent too stiff (Malkus, Hughes 1978).
+    """
     count, size = len(cells), 81
     K = np.zeros((count, 27, 3, 27, 3))
     M = np.zeros((count, 27, 27))
-    lam = poisson / ((1 + poisson) * (1 - 2 * poisson))
-    mu = 0.5 / (1 + poisson)
+    bulk, mu = 1 / (3 * (1 - 2 * poisson)), 0.5 / (1 + poisson)
+
+    def weigh(N, w):
+        return w if modulus is None else w * modulus(np.einsum("a,hai->hi", N, nodes[cells]))
+
     for N, B, w in gradients(nodes, cells):
         M += w[:, None, None] * np.outer(N, N)
-        we = w if modulus is None else w * modulus(np.einsum("a,hai->hi", N, nodes[cells]))
-        BB = np.einsum("hai,hbj->haibj", B * we[:, None, None], B)
+        BB = np.einsum("hai,hbj->haibj", mu * B * weigh(N, w)[:, None, None], B)
+        K += BB.transpose(0, 1, 4, 3, 2) - 2 / 3 * BB
         dot = np.einsum("haibi->hab", BB)
-        K += lam * BB + mu * BB.transpose(0, 1, 4, 3, 2)
         for i in range(3):
-            K[:, :, i, :, i] += mu * dot
+            K[:, :, i, :, i] += dot
+    for N, B, w in gradients(nodes, cells, REDUCED):
+        K += np.einsum("hai,hbj->haibj", bulk * B * weigh(N, w)[:, None, None], B)
     dof = (3 * cells[:, :, None] + np.arange(3)).reshape(count, size)
     full = scatter(K.reshape(count, size, size), dof, 3 * len(nodes))
     mass = scatter(M, cells, len(nodes))
     return full, sparse.kron(mass, sparse.eye(3), format="csr")
+
+
+def bent(nodes, cells, poisson: float, u: np.ndarray) -> tuple[np.ndarray, sparse.csr_matrix]:
+    """Inner force (3N,) and tangent (3N, 3N) at the displacement `u` (3N,), E = 1 Pa.
+
+    St. Venant-Kirchhoff: S = lam tr(E) I + 2 mu E, E = (F^T F - I) / 2 (Bonet, Wood, ch. 6).
+    """
+    lam = poisson / ((1 + poisson) * (1 - 2 * poisson))
+    mu = 0.5 / (1 + poisson)
+    count = len(cells)
+    K, inner = np.zeros((count, 27, 3, 27, 3)), np.zeros((count, 27, 3))
+    local = u.reshape(-1, 3)[cells]
+    for _, B, w in gradients(nodes, cells):
+        F = np.eye(3) + np.einsum("hai,haJ->hiJ", local, B)
+        E = (np.einsum("hiI,hiJ->hIJ", F, F) - np.eye(3)) / 2
+        S = lam * np.einsum("hII->h", E)[:, None, None] * np.eye(3) + 2 * mu * E
+        FB = np.einsum("hiI,haI->hai", F, B)
+        inner += w[:, None, None] * np.einsum("hiI,hIJ,haJ->hai", F, S, B)
+        pair = np.einsum("hai,hbj->haibj", FB * w[:, None, None], FB)
+        K += lam * pair + mu * pair.transpose(0, 1, 4, 3, 2)
+        dot = w[:, None, None] * np.einsum("haJ,hbJ->hab", B, B)
+        K += mu * np.einsum("hij,hab->haibj", np.einsum("hiI,hjI->hij", F, F), dot)
+        pressed = np.einsum("haI,hIJ,hbJ->hab", B, S * w[:, None, None], B)
+        for i in range(3):
+            K[:, :, i, :, i] += pressed
+    dof = (3 * cells[:, :, None] + np.arange(3)).reshape(count, 81)
+    out = np.zeros(3 * len(nodes))
+    np.add.at(out, dof, inner.reshape(count, 81))
+    return out, scatter(K.reshape(count, 81, 81), dof, len(out))
 
 
 def scatter(blocks: np.ndarray, dof: np.ndarray, size: int) -> sparse.csr_matrix:
