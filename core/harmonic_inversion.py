@@ -63,7 +63,8 @@ def fit_poles(  # noqa: PLR0913  (keywords for what most callers leave out)
     if extra_basis is not None:
         x = np.hstack([x, np.asarray(extra_basis, float).reshape(len(time), -1)])
     start = varpro.Poles(-p.real, p.imag, np.zeros(0))
-    found = varpro.fit(time - time[0], signals, x, start, noise=given, iterate=fit)
+    steps = varpro.ITERATIONS if fit else 0
+    found = varpro.fit(time - time[0], signals, x, start, noise=given, iterations=steps)
     return _ringdown(found, time, given)
 
 

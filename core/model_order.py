@@ -19,10 +19,11 @@ from .significance import (
     needed,
     threshold,
 )
-from .varpro import Poles, fit
+from .varpro import ITERATIONS, Poles, fit
 
 DEGREE = 3  # of the steepest trend
 SLOWEST = 0.7  # creep in nepers over the record; slower ones are polynomials
+TRIAL = 10  # iterations that show whether a step is worth taking
 PATIENCE = 8  # orders of the pencil without gain before the scan ends
 
 
@@ -38,10 +39,10 @@ def polynomial(t: np.ndarray, degree: int) -> np.ndarray:
     return np.polynomial.chebyshev.chebvander(2 * t / t[-1] - 1, degree)
 
 
-def model_of(record: Record, poles: Poles, degree: int, iterate: bool = True) -> Model:
+def model_of(record: Record, poles: Poles, degree: int, iterations: int = ITERATIONS) -> Model:
     """The most likely model near `poles`."""
     x = polynomial(record.t, degree)
-    found = fit(record.t, record.y, x, poles, noise=record.noise, iterate=iterate)
+    found = fit(record.t, record.y, x, poles, noise=record.noise, iterations=iterations)
     return Model(found, degree)
 
 
@@ -105,7 +106,7 @@ def _scan(record: Record, factor: int, most: int) -> list[tuple]:
         poles, degree = _poles_of(shift_poles(space, order, factor * record.dt), record)
         if len(poles.omega) > most or 4 * len(poles.omega) + 2 * len(poles.creep) > room:
             continue
-        score = _score(record, model_of(record, poles, degree, iterate=False))
+        score = _score(record, model_of(record, poles, degree, iterations=0))
         rows.append((score, order, poles, degree))
         best = min(best, (score, order))
         if order > best[1] + PATIENCE:
@@ -136,7 +137,7 @@ def _pruned(record: Record, model: Model) -> Model:
     while True:
         poles = model.fit.poles
         total = len(poles.decay) + len(poles.creep)
-        rest = [model_of(record, _without(poles, k), model.degree, False) for k in range(total)]
+        rest = [model_of(record, _without(poles, k), model.degree, 0) for k in range(total)]
         order = sorted(range(total), key=lambda k: rest[k].fit.cost)
         doubtful = [k for k in order if k < model.modes and makeshift(record, model, k)]
         for k in doubtful[:1] or order[:2]:
@@ -168,16 +169,16 @@ def _reasonable(record: Record, model: Model) -> Model:
 def _grown(record: Record, model: Model, most: int) -> Model | None:
     """The model with the mode or trend that it misses most, None if it misses nothing."""
     p = model.fit.poles
-    steps = [(model_of(record, p, d), None) for d in range(model.degree + 1, DEGREE + 1)]
+    steeper = range(model.degree + 1, DEGREE + 1)
+    steps = [(model_of(record, p, d, TRIAL), None) for d in steeper]
     if not len(p.creep):
         tries = [Poles(p.decay, p.omega, np.array([c / record.t[-1]])) for c in (1.0, 4.0)]
-        steps += [(model_of(record, poles, 0), model.modes) for poles in tries]
+        steps += [(model_of(record, poles, 0, TRIAL), model.modes) for poles in tries]
     if model.modes < most:
         steps += [(larger, model.modes) for larger in _one_more(record, model)]
     for larger, k in sorted(steps, key=lambda step: _score(record, step[0])):
-        whole = _reasonable(record, larger)
-        if whole is larger and needed(record, model, larger, k):
-            return larger
+        if _reasonable(record, larger) is larger and needed(record, model, larger, k):
+            return model_of(record, larger.fit.poles, larger.degree)
     return None
 
 
@@ -197,6 +198,6 @@ def _one_more(record: Record, model: Model) -> list[Model]:
         Poles(np.append(poles.decay, s), np.append(poles.omega, w), poles.creep)
         for s, w in sorted(places)
     ]
-    quick = [(model_of(record, p, model.degree, False).fit.cost, n) for n, p in enumerate(starts)]
+    quick = [(model_of(record, p, model.degree, 0).fit.cost, n) for n, p in enumerate(starts)]
     chosen = [starts[n] for _, n in sorted(quick)[:2]]
-    return [model_of(record, p, model.degree) for p in chosen]
+    return [model_of(record, p, model.degree, TRIAL) for p in chosen]

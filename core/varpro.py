@@ -65,12 +65,18 @@ class _Block:
 
 
 def fit(
-    t: np.ndarray, y: np.ndarray, x: np.ndarray, start: Poles, *, noise=None, iterate: bool = True
+    t: np.ndarray,
+    y: np.ndarray,
+    x: np.ndarray,
+    start: Poles,
+    *,
+    noise=None,
+    iterations: int = ITERATIONS,
 ) -> Fit:
     """Most likely poles from `start`; t (T,) s >= 0, y (T, C) with NaN where missing, x (T, q).
 
     With `noise` (C,) the channels are weighted by it; without, each channel's noise is estimated
-    along with the rest (concentrated likelihood). `iterate=False` solves the linear part only.
+    along with the rest (concentrated likelihood). `iterations=0` solves the linear part only.
     Raises RecordingError when a channel has fewer samples than unknowns.
     """
     blocks = _blocks(t, y, x, len(start.vector) + len(start.omega))
@@ -87,8 +93,8 @@ def fit(
     low[m : 2 * m] = 1e-2 / max(t[-1], 1e-300)
     vector = np.maximum(vector, low)
     state = evaluate(vector)
-    if iterate and len(vector):
-        vector, state = _levenberg_marquardt(evaluate, vector, low, state)
+    if len(vector):
+        vector, state = _levenberg_marquardt(evaluate, (vector, state), low, iterations)
     return _fit_of(state, start.moved(vector), y.shape, blocks)
 
 
@@ -178,10 +184,11 @@ def _evaluate(blocks, poles: Poles, count, known) -> dict:
     }
 
 
-def _levenberg_marquardt(evaluate, vector, low, state):
+def _levenberg_marquardt(evaluate, start, low, iterations: int):
     """Marquardt's scaling; a bound that the gradient pushes against is held."""
+    vector, state = start
     damping = 1e-3
-    for _ in range(ITERATIONS):
+    for _ in range(iterations):
         free = (vector > low) | (state["gradient"] < 0)
         if not free.any():
             break
