@@ -7,7 +7,11 @@ import numpy as np
 from .channels import Channels
 from .data import RingDown
 from .effects.base import Setting
+from .elasticity import surface_quadrature
 from .timefit import Law
+
+SKIN = 60  # points of the surface at which drag is summed
+PLACES = 6  # where a force may sit, to start from
 
 
 def real_shapes(amplitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -65,7 +69,11 @@ def build_law(
         omega=2 * np.pi * first.frequency,
         zeta=np.clip(first.damping_ratio, 1e-4, 0.85),
         couple=couple,
-        drive=couple.copy(),
+        places=couple[None, 1:],
+        levers=np.ones(1),
+        skin=np.zeros((0, len(couple), 3)),
+        wind=np.zeros((0, len(couple), 3)),
+        masses=np.ones(len(couple)),
         amplitude=float(max(s[0] for s in sizes)),
         modal_mass=np.nan,
         drag_area=np.nan,
@@ -75,13 +83,47 @@ def build_law(
     return law, np.concatenate([*block, *starts])
 
 
-def with_masses(law: Law, modal_mass: np.ndarray, drag_area: float) -> Law:
-    """The law with masses (K,) kg known from the matched model, NaN where a mode has no match."""
-    known = np.where(np.isfinite(modal_mass), modal_mass, modal_mass[0])
+def with_body(law: Law, shapes: np.ndarray, body, seen: np.ndarray) -> Law:
+    """The law told by the matched modes what a force on the body does to each of them.
+
+    shapes (P, 3, K) kg^-1/2 and seen (K, C): the computed modes, turned to the measured ones.
+    """
+    unit = np.einsum("kc,kc->k", law.reference, seen)  # motion at the reference per q_k
+    per_metre = shapes / unit
+    masses = 1 / unit**2
+    operator, normals, areas = surface_quadrature(body.model)
+    moved = (operator @ per_metre.reshape(-1, shapes.shape[2])).reshape(len(areas), 3, -1)
+    first = np.linalg.norm(moved[:, :, 0], axis=1)
+    places, levers = _places(moved, first)
+    pick = np.random.default_rng(0).choice(len(areas), SKIN, p=areas / areas.sum())
+    facing = np.abs(np.einsum("qi,qi->q", normals, moved[:, :, 0])) / np.maximum(first, 1e-300)
+    skin = np.swapaxes(moved[pick], 1, 2)
+    share = facing[pick] / 2 * areas.sum() / SKIN
+    area = float((first**3 * facing / 2 * areas).sum())
+    wind = skin * (share[:, None, None] / area) * (masses[0] / masses)[None, :, None]
     setting = replace(
         law.setting,
-        drive=law.setting.couple * (known[0] / known if np.isfinite(known[0]) else 1.0),
-        modal_mass=float(modal_mass[0]),
-        drag_area=drag_area,
+        modal_mass=float(masses[0]),
+        masses=masses[0] / masses,
+        drag_area=area,
+        places=np.vstack([law.setting.places, places]),
+        levers=np.r_[law.setting.levers, levers],
+        skin=skin,
+        wind=wind,
     )
     return replace(law, setting=setting)
+
+
+def _places(moved: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(Q, K - 1) couples and (Q,) levers of places far apart in how they share in the modes."""
+    direction = moved[:, :, 0] / np.maximum(first, 1e-300)[:, None]
+    along = np.einsum("qi,qik->qk", direction, moved)
+    able = along[:, 0] > 0.1 * along[:, 0].max()
+    couples, levers = along[able, 1:] / along[able, :1], along[able, 0]
+    if not couples.size:
+        return np.zeros((0, moved.shape[2] - 1)), np.zeros(0)
+    chosen = [int(np.argmax(levers))]
+    while len(chosen) < PLACES:
+        gap = np.min([((couples - couples[c]) ** 2).sum(axis=1) for c in chosen], axis=0)
+        chosen.append(int(np.argmax(gap)))
+    return couples[chosen], levers[chosen]

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from .baseline import real_shapes
-from .data import RingDown
+from .data import RingDown, poles
 
 PAIR = 0.015  # relative distance below which two computed modes count as a degenerate pair
+MOST = 8  # poles that are looked at as modes of the body
 HARMONIC = 0.04  # relative distance below which a pole is an overtone of a nonlinear mode
 
 
@@ -32,44 +33,78 @@ def likeness(shape: np.ndarray, modes: np.ndarray, frequency: np.ndarray, j: int
     return float(((q.T @ shape) ** 2).sum() / (shape @ shape))
 
 
-def match_modes(ring: RingDown, frequency: np.ndarray, shapes: np.ndarray) -> Match:
+def pursue(ring: RingDown, time: np.ndarray, values: np.ndarray, sigma: np.ndarray):
+    """Poles in the order in which they take most of the motion, and each one's shape (C,) then.
+
+    Strongly damped companions of a nonlinear mode cancel one another, so their amplitudes at the
+    release say nothing; what one takes away from (T, C) `values` beside those before it does
+    (orthogonal matching pursuit: Pati, Rezaiifar, Krishnaprasad, Asilomar 1993).
+    """
+    known = np.isfinite(values).all(axis=1)
+    y = ((values - np.nanmean(values, axis=0)) / sigma)[known]
+    phase = np.exp(np.outer(time[known] - ring.t0, poles(ring.frequency, ring.damping_ratio)))
+    constant = np.ones((known.sum(), 1))
+    order, shapes, gains = [], [], []
+    left = power = float((y**2).sum())
+    while len(order) < min(len(ring.frequency), MOST):
+        tries = []
+        for k in range(len(ring.frequency)):
+            if k in order or ring.damping_ratio[k] > 0.5:
+                continue
+            waves = phase[:, [*order, k]]
+            basis = np.hstack([waves.real, -waves.imag, constant])
+            coefficients, *_ = np.linalg.lstsq(basis, y, rcond=None)
+            tries.append((float(((y - basis @ coefficients) ** 2).sum()), k, coefficients))
+        if not tries:
+            break
+        rest, k, coefficients = min(tries, key=lambda t: t[0])
+        if left - rest < 2e-6 * power:
+            break
+        order.append(k)
+        amplitude = coefficients[len(order) - 1] + 1j * coefficients[2 * len(order) - 1]
+        shapes.append(real_shapes((amplitude * sigma)[None])[0][0])
+        gains.append(np.sqrt((left - rest) / power))
+        left = rest
+    return order, np.array(shapes), np.array(gains)
+
+
+def match_modes(
+    ring: RingDown, chase: tuple, frequency: np.ndarray, shapes: np.ndarray
+) -> Match:
     """Match `ring` to computed modes at any one modulus: frequency (m,), shapes (m, C).
 
-    The modulus is unknown, so every computed mode is tried as the strongest measured one; the
-    assignment with the best likeness in shape and in ratio of frequencies, weighted by strength,
-    wins. Overtones and same-shape companions of a stronger pole are no modes of the body.
+    `chase` is what `pursue` gave. The modulus is unknown, so every computed mode is tried as the
+    strongest measured one; the assignment with the best likeness in shape and in ratio of
+    frequencies, weighted by strength, wins. Overtones and same-shape companions of a stronger
+    pole are no modes of the body.
     """
-    measured, _ = real_shapes(ring.amplitude)
-    strength = np.linalg.norm(measured, axis=1)
-    best, answer = -np.inf, Match((0,), (None,))
+    order, measured, strength = chase
+    heard = [(ring.frequency[k], shape) for k, shape in zip(order, measured, strict=True)]
+    best, answer = -np.inf, Match((order[0],), (None,))
     for first in range(min(len(frequency), 8)):
         alike = likeness(measured[0], shapes, frequency, first)
         if alike < 0.5:
             continue
-        scale = ring.frequency[0] / frequency[first]
-        poles, modes, score = [0], [first], strength[0] * (alike - 0.03 * first)
-        for k in range(1, len(strength)):
-            j, quality = _partner(k, ring, measured, poles, modes, frequency * scale, shapes)
+        scaled = frequency * (heard[0][0] / frequency[first])
+        taken, modes, score = [0], [first], strength[0] * (alike - 0.03 * first)
+        for k in range(1, len(order)):
+            j, quality = _partner(heard[k], [heard[i] for i in taken], modes, (scaled, shapes))
             if j is not None:
-                poles.append(k)
+                taken.append(k)
                 modes.append(j)
                 score += strength[k] * quality
         if score > best:
-            best, answer = score, Match(tuple(poles), tuple(modes))
+            best, answer = score, Match(tuple(order[k] for k in taken), tuple(modes))
     return answer
 
 
-def _partner(k, ring, measured, poles, modes, frequency, shapes):
-    """The free computed mode of pole k and how good it is, or None."""
-    f, shape = ring.frequency[k], measured[k]
-    strongest = np.linalg.norm(measured[0])
-    if np.linalg.norm(shape) < 2e-3 * strongest or ring.damping_ratio[k] > 0.5:
-        return None, 0.0
-    for p in poles:
-        same = mac(shape, measured[p])
-        ratio = f / ring.frequency[p]
-        overtone = any(abs(ratio / n - 1) < HARMONIC for n in (2, 3, 4, 5))
-        if same > 0.9 and (overtone or abs(ratio - 1) < 0.4):
+def _partner(one, taken, modes, computed):
+    """The free computed mode of a measured (frequency, shape), and how good it is, or None."""
+    f, shape = one
+    frequency, shapes = computed
+    for g, other in taken:
+        overtone = any(abs(f / g / n - 1) < HARMONIC for n in (2, 3, 4, 5))
+        if mac(shape, other) > 0.9 and (overtone or abs(f / g - 1) < 0.4):
             return None, 0.0
     best, found = 0.35, None
     for j in range(len(frequency)):
@@ -82,9 +117,27 @@ def _partner(k, ring, measured, poles, modes, frequency, shapes):
     return found, best
 
 
-def select(ring: RingDown, poles: tuple[int, ...]) -> RingDown:
+def has_twin(modes: tuple[int | None, ...], frequency: np.ndarray) -> bool:
+    """Whether the first matched mode is one of a (nearly) degenerate pair, the other not matched."""
+    if modes[0] is None:
+        return True
+    near = np.flatnonzero(np.abs(frequency / frequency[modes[0]] - 1) < 4 * PAIR)
+    return any(j not in modes for j in near)
+
+
+def align(modes, seen: np.ndarray, frequency: np.ndarray, measured: np.ndarray):
+    """Coefficients (m, K) that turn computed modes, within degenerate pairs, to measured (K, C)."""
+    turn = np.zeros((len(seen), len(modes)))
+    for k, j in enumerate(modes):
+        pair = np.flatnonzero(np.abs(frequency / frequency[j] - 1) < PAIR)
+        part, *_ = np.linalg.lstsq(seen[pair].T, measured[k], rcond=None)
+        turn[pair, k] = part / max(np.linalg.norm(part), 1e-300)
+    return turn
+
+
+def select(ring: RingDown, kept: tuple[int, ...]) -> RingDown:
     """The ring-down with these poles only."""
-    k = list(poles)
+    k = list(kept)
     both = k + [len(ring.frequency) + i for i in k]
     return RingDown(
         ring.frequency[k],

@@ -20,6 +20,7 @@ EVIDENCE = 20.0  # least gain in BIC (Kass and Raftery 1995 call 10 very strong)
 MATERIAL = 0.005  # least share of the motion's RMS
 NEARLY = 0.80  # of the best one's gain makes a twin
 BEAM = 4
+PROMISE = 8.0  # least gain in chi2 that a score test must see before an effect is fitted
 RUNNERS = 2  # starting places of an effect that are fitted
 HORIZONS = (0.4, 1.0)  # shares of the fitted part: from short to long, lest a phase slip traps
 
@@ -112,27 +113,44 @@ def _common_is_possible(start: TimeFit, data) -> bool:
     return len(markers) >= 3 and min(size) < 0.35 * max(size)
 
 
-def race(start: TimeFit, effect: Effect) -> TimeFit | None:
+def race(start: TimeFit, effect: Effect, begins: list, promise: np.ndarray) -> TimeFit:
     """The best fit of `start` with `effect`, from the most promising of its starting places."""
-    data = start.law.takes[start.law.fitted[0]]
-    residual = (data.time[data.fit], (data.values - start.predicted[start.law.fitted[0]])[data.fit])
-    begins = effect.starts(start.law.setting, residual)
-    if not begins:
-        return None
-    promise = screen(start, effect, begins)
     done = []
     for i in np.argsort(-promise)[:RUNNERS]:
         law, p = extend(start, (effect,), [begins[i]])
-        done.append(fit(law, p, horizons=HORIZONS if len(effect.low) else (1.0,)))
+        done.append(fit(law, p, horizons=HORIZONS if len(begins[i]) else (1.0,)))
     return min(done, key=lambda t: t.chi2)
 
 
-def singles(start: TimeFit, before: tuple[str, ...] = (), against: TimeFit | None = None):
-    """The best candidate of every name, best evidence first."""
-    best = {}
+def _entries(start: TimeFit):
+    """(promise, effect, markers, begins) of all that this recording can show, best first."""
+    index = start.law.fitted[0]
+    data = start.law.takes[index]
+    residual = (data.time[data.fit], (data.values - start.predicted[index])[data.fit])
+    out = []
     for effect, markers in proposals(start):
-        found = race(start, effect)
-        if found is None or not np.isfinite(found.chi2):
+        begins = effect.starts(start.law.setting, residual)
+        if effect.force:
+            begins = [(*b, *place) for b in begins for place in start.law.setting.places]
+        if begins:
+            out.append((screen(start, effect, begins), effect, markers, begins))
+    return sorted(out, key=lambda entry: -entry[0].max())
+
+
+def singles(
+    start: TimeFit, before: tuple[str, ...] = (), against: TimeFit | None = None, most: int = 7
+) -> list[Candidate]:
+    """The best candidate of every name that a score test promises something, best first."""
+    best, names = {}, []
+    entries = _entries(start)
+    for promise, effect, markers, begins in entries:
+        if promise.max() < max(PROMISE, 0.01 * entries[0][0].max()):
+            break
+        if effect.name not in names and len(names) == most:
+            continue
+        names.append(effect.name)
+        found = race(start, effect, begins, promise)
+        if effect.veto and effect.veto(found):
             continue
         candidate = judge((*before, effect.name), found, against or start, markers)
         if effect.name not in best or candidate.evidence > best[effect.name].evidence:
@@ -146,7 +164,7 @@ def pairs(start: TimeFit, ranked: list[Candidate]) -> list[Candidate]:
     for single in ranked[:BEAM]:
         if single.evidence < EVIDENCE:
             break
-        for candidate in singles(single.found, single.names, start):
+        for candidate in singles(single.found, single.names, start, 4):
             candidate = replace(candidate, markers=candidate.markers or single.markers)
             key = tuple(sorted(candidate.names))
             if key not in best or candidate.evidence > best[key].evidence:

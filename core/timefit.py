@@ -15,6 +15,8 @@ from .channels import Channels
 from .effects.base import Effect, Setting
 from .simulate import swing
 
+WILD = 1e7  # noise units; a motion that runs away is a bad fit, not an error
+FARTHEST = 30.0  # most that a place moves in a higher mode over the first
 PIN = 1e3  # weight that keeps S at the reference at one, so that u is in metres there
 
 
@@ -41,9 +43,8 @@ class Law:
     def sizes(self) -> tuple[int, int, int]:
         """Numbers of parameters for pitch and damping, starts, effects."""
         conditions = max(self.condition[i] for i in self.fitted) + 1
-        return 2 * self.modes * conditions, 2 * self.modes * len(self.fitted), sum(
-            len(e.low) for e in self.effects
-        )
+        inner = sum(len(bounds(e, self.modes)[0]) for e in self.effects)
+        return 2 * self.modes * conditions, 2 * self.modes * len(self.fitted), inner
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +81,7 @@ class TimeFit:
     def theta(self) -> list[np.ndarray]:
         """Inner parameters, one array an effect."""
         a, b, _ = self.law.sizes()
-        return _split(self.law.effects, self.parameters[None, a + b :])
+        return _split(self.law, self.parameters[None, a + b :])
 
     @property
     def shapes(self) -> np.ndarray:
@@ -88,11 +89,18 @@ class TimeFit:
         return self.coefficients[:, : self.law.modes].T
 
 
-def _split(effects, theta):
+def bounds(effect: Effect, modes: int) -> tuple[np.ndarray, np.ndarray]:
+    """Of the inner parameters: its own, then where a force sits, by its share in higher modes."""
+    spread = np.full(modes - 1 if effect.force else 0, FARTHEST)
+    return np.r_[effect.low, -spread], np.r_[effect.high, spread]
+
+
+def _split(law: Law, theta):
     out, at = [], 0
-    for effect in effects:
-        out.append(theta[:, at : at + len(effect.low)])
-        at += len(effect.low)
+    for effect in law.effects:
+        width = len(bounds(effect, law.modes)[0])
+        out.append(theta[:, at : at + width])
+        at += width
     return out
 
 
@@ -109,7 +117,7 @@ def _unpack(law: Law, P: np.ndarray, take: int):
         zeta = np.zeros_like(zeta)
     start = P[:, a + 2 * K * take : a + 2 * K * (take + 1)].reshape(-1, 2, K)
     start = start * np.stack([np.ones_like(omega), omega], axis=1)
-    return omega, zeta, start, _split(law.effects, P[:, a + b :])
+    return omega, zeta, start, _split(law, P[:, a + b :])
 
 
 def _motion(law: Law, unpacked, data: Channels):
@@ -120,9 +128,11 @@ def _motion(law: Law, unpacked, data: Channels):
     for effect, theta in pairs:
         if effect.clock:
             time = np.maximum(effect.clock(theta, law.setting, time), 0)
-    forces = [(e, th) for e, th in pairs if e.acceleration]
-    u, v = swing(omega, zeta, start, time, forces, law.setting)
-    columns, delay = [], None
+    forces = [(e, th) for e, th in pairs if e.acceleration or e.force]
+    u, v, traces = swing(omega, zeta, start, time, forces, law.setting)
+    # modes above those that were measured answer a force at once, in a shape of their own
+    columns = [(e, traces[:, :, [j]]) for j, (e, _) in enumerate(p for p in forces if p[0].force)]
+    delay = None
     camera = data.take.recording.camera
     if camera is not None and camera.readout:
         delay = np.broadcast_to(camera.readout * data.row, (len(omega), len(data.row)))
@@ -218,7 +228,7 @@ def _residuals(law: Law, P: np.ndarray, horizon: float = 1.0) -> np.ndarray:
     for c in range(conditions):
         at = np.einsum("kc,bck->bk", law.reference, coefficients[:, :, c * K : (c + 1) * K])
         out.append(PIN * (1 - at))
-    return np.concatenate(out, axis=1)
+    return np.nan_to_num(np.clip(np.concatenate(out, axis=1), -WILD, WILD), nan=WILD)
 
 
 def _bounds(law: Law):
@@ -227,12 +237,9 @@ def _bounds(law: Law):
     centre = np.log(law.setting.omega / (2 * np.pi))
     low = np.concatenate([np.tile(np.r_[centre - 0.7, np.zeros(K)], a // (2 * K))])
     high = np.concatenate([np.tile(np.r_[centre + 0.7, np.full(K, 0.9)], a // (2 * K))])
-    for effect in law.effects:
-        b_low, b_high = np.array(effect.low), np.array(effect.high)
-        effect_low = b_low if effect is law.effects[0] else np.r_[effect_low, b_low]
-        effect_high = b_high if effect is law.effects[0] else np.r_[effect_high, b_high]
-    if not law.effects:
-        effect_low = effect_high = np.zeros(0)
+    inner = [bounds(e, K) for e in law.effects]
+    effect_low = np.concatenate([i[0] for i in inner]) if inner else np.zeros(0)
+    effect_high = np.concatenate([i[1] for i in inner]) if inner else np.zeros(0)
     wide = np.full(b, 50 * A)
     return np.r_[low, -wide, effect_low], np.r_[high, wide, effect_high]
 
@@ -264,7 +271,7 @@ class _Linearization:
         return self.jac
 
 
-def fit(law: Law, start: np.ndarray, horizons=(1.0,), evaluations: int = 15) -> TimeFit:
+def fit(law: Law, start: np.ndarray, horizons=(1.0,), evaluations: int = 10) -> TimeFit:
     """Least squares from `start` (p,), over growing shares of the fitted part."""
     low, high = _bounds(law)
     p = np.clip(start, low + 1e-12, high - 1e-12)
@@ -272,7 +279,7 @@ def fit(law: Law, start: np.ndarray, horizons=(1.0,), evaluations: int = 15) -> 
         both = _Linearization(law, horizon, high)
         answer = least_squares(
             both.residual, p, both.jacobian, (low, high), x_scale="jac", max_nfev=evaluations,
-            ftol=1e-7, xtol=1e-8,
+            ftol=1e-5, xtol=1e-7,
         )
         p = np.clip(answer.x, low + 1e-12, high - 1e-12)
     return conclude(law, p, answer.jac)
@@ -304,7 +311,7 @@ def conclude(law: Law, p: np.ndarray, jac: np.ndarray) -> TimeFit:
         y = (bases[take][0] @ coefficients[0][:, :, None])[..., 0].T
         predicted[index] = y + sum(e.given(index) for e in law.effects if e.given)
         motions.append(_motion(law, _unpack(law, p[None], take), law.takes[index])[0][0])
-    held = _support(law)
+    held = _support(law, p)
     scale = np.linalg.norm(jac, axis=0)
     scale = np.where(scale > 0, scale, 1.0)
     inverse = np.linalg.pinv((jac / scale).T @ (jac / scale), rcond=1e-12)
@@ -324,18 +331,11 @@ def conclude(law: Law, p: np.ndarray, jac: np.ndarray) -> TimeFit:
     return found
 
 
-def _support(law: Law) -> np.ndarray:
+def _support(law: Law, p: np.ndarray) -> np.ndarray:
     """(C, nb) bool: coefficients that are barred."""
-    P = np.zeros((1, sum(law.sizes())))
     barred = 0
     for take in range(len(law.fitted)):
-        K = law.modes
-        a, _, _ = law.sizes()
-        P[0, :a] = np.tile(np.r_[np.log(law.setting.omega / 2 / np.pi), np.zeros(K)], a // (2 * K))
-        P[0, a + 2 * law.modes * len(law.fitted) :] = [
-            (lo + hi) / 2 for e in law.effects for lo, hi in zip(e.low, e.high, strict=True)
-        ]
-        barred = barred + _basis(law, _unpack(law, P, take), take)[1]
+        barred = barred + _basis(law, _unpack(law, p[None], take), take)[1]
     return barred > 0
 
 

@@ -12,9 +12,11 @@ from .base import Effect, Parameter
 
 
 def acceleration(theta, setting, state):
-    """theta = inner coefficient times the first amplitude (1)."""
-    force = theta[:, 0] / setting.amplitude * np.abs(state.dx) * state.dx
-    return -force[:, None] * setting.drive
+    """theta = inner coefficient times the first amplitude (1), spread over the skin."""
+    speed = np.einsum("bk,qki->bqi", state.v, setting.skin)
+    push = np.linalg.norm(speed, axis=2)[:, :, None] * speed
+    work = np.einsum("bqi,qki->bk", push, setting.wind)
+    return -(theta[:, :1] / setting.amplitude) * work
 
 
 def report(theta, setting, strength):
@@ -32,5 +34,6 @@ EFFECT = Effect(
     high=(5.0,),
     starts=lambda setting, residual: [(0.03,), (0.2,)],
     acceleration=acceleration,
+    requires=lambda setting, takes: "" if len(setting.skin) else "no computed mode fits",
     report=report,
 )

@@ -11,11 +11,11 @@ import numpy as np
 from .base import Effect, Parameter
 
 
-def acceleration(theta, setting, state):
+def force(theta, setting, state):
     """Even force at the reference; theta = (b, p)."""
     size = np.abs(state.x) / setting.amplitude + 1e-12
     even = theta[:, 0] * size ** theta[:, 1] * setting.amplitude
-    return -(setting.omega[0] ** 2) * even[:, None] * setting.drive
+    return -(setting.omega[0] ** 2) * even
 
 
 def report(theta, setting, strength):
@@ -33,6 +33,6 @@ EFFECT = Effect(
     low=(-0.8, 1.0),
     high=(0.8, 2.0),
     starts=lambda setting, residual: [(0.05, 1.3), (-0.05, 1.3), (0.3, 1.3), (-0.3, 1.3)],
-    acceleration=acceleration,
+    force=force,
     report=report,
 )

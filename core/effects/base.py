@@ -21,18 +21,29 @@ class Setting:
     """What the hooks of the time layer are told about the motion; metres at the reference.
 
     The reference is the place and direction of the marker that moves most; x = sum_k couple_k u_k
-    is its displacement, and a unit force per `modal_mass` there accelerates u_k by drive_k.
+    is its displacement, and a force f modal_mass there accelerates u_k by f couple_k masses_k.
     """
 
     omega: np.ndarray  # (K,) rad/s natural, of the declared fit
     zeta: np.ndarray  # (K,)
     couple: np.ndarray  # (K,)
-    drive: np.ndarray  # (K,)
+    places: np.ndarray  # (Q, K - 1) couples of places on the body over that of the first mode
+    levers: np.ndarray  # (Q,) motion of those places in the first mode over the reference's
+    skin: np.ndarray  # (S, K, 3) motion of points all over the surface per m of u_k
+    wind: np.ndarray  # (S, K, 3) the same, weighted with their share of the drag's work
     amplitude: float  # m, of the first mode at the reference at release
+    masses: np.ndarray  # (K,) first modal mass over each
     modal_mass: float  # kg of the first mode, normalised at the reference; NaN = not known
     drag_area: float  # m2, integral of |S|^3 over the surface seen from the motion; NaN = not known
     duration: float  # s, of the longest fitted part
-    plucked: bool = True  # let go from rest rather than knocked
+    paired: bool = True  # the first mode has a degenerate partner that was not matched
+
+
+    def lever(self, couples: np.ndarray) -> float:
+        """Motion, over the reference's in mode 1, of the known place nearest to `couples`."""
+        if not len(self.levers):
+            return 1.0
+        return float(self.levers[np.argmin(((self.places - couples) ** 2).sum(axis=1))])
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +51,10 @@ class Effect:
     """A physical effect. Empty hooks are not its business.
 
     Time layer, in inner parameters theta (B, p), which are dimensionless (see each file):
-      acceleration(theta, setting, state) -> (B, K)   added to the modal equations; `state` is a
+      force(theta, setting, state) -> (B,)            at one place on the body, per first modal
+          mass; where the place is (its share in the higher modes) is fitted too; `state` is a
           State with u, v, t and the effect's own memory, which the hook updates
+      acceleration(theta, setting, state) -> (B, K)   the same, spread over the modes by itself
       columns(theta, setting, time, u) -> (B, T, q)   motion with a free shape
       clock(theta, setting, time) -> (B, T)           instants at which the model is seen
       delay(theta, setting, row) -> (B, C)            s, later sight of single channels
@@ -58,6 +71,7 @@ class Effect:
     low: tuple[float, ...] = ()
     high: tuple[float, ...] = ()
     starts: Callable | None = None
+    force: Callable | None = None
     acceleration: Callable | None = None
     memory: int = 0  # numbers kept per simulated motion; -1 = one per mode
     begin: Callable | None = None  # (theta, setting, u) -> (B, memory), at release
@@ -67,6 +81,7 @@ class Effect:
     delay: Callable | None = None
     report: Callable | None = None
     given: Callable | None = None  # (take index) -> (T, C), known motion taken off
+    veto: Callable | None = None  # (TimeFit) -> why what was fitted is not this effect, or ""
     requires: Callable | None = None  # (setting, takes) -> reason why not, or ""
     change_model: Callable | None = None  # modal layer
     grid: tuple = field(default_factory=tuple)  # modal layer: inner values spanning the basis
@@ -80,8 +95,8 @@ class State:
     v: np.ndarray  # (B, K) m/s
     t: float  # s
     h: float  # s, the step
-    x: np.ndarray  # (B,) m at the reference
-    dx: np.ndarray  # (B,) m/s at the reference
+    x: np.ndarray  # (B,) m at the effect's place, as mode 1 moves the reference
+    dx: np.ndarray  # (B,) m/s
     memory: np.ndarray | None = None
 
 

@@ -12,12 +12,12 @@ from .base import Effect, Parameter
 
 
 def _side(side):
-    def acceleration(theta, setting, state):
+    def force(theta, setting, state):
         gap = theta[:, 0] * setting.amplitude
         push = np.maximum(0.0, side * state.x - gap) * np.exp(theta[:, 1])
-        return -(setting.omega[0] ** 2) * side * push[:, None] * setting.drive
+        return -(setting.omega[0] ** 2) * side * push
 
-    return acceleration
+    return force
 
 
 def report(theta, setting, strength):
@@ -37,7 +37,7 @@ def _variant(side):
         starts=lambda setting, residual: [
             (gap, np.log(k)) for gap in (0.15, 0.4, 0.7) for k in (0.3, 6.0)
         ],
-        acceleration=_side(side),
+        force=_side(side),
         report=report,
     )
 

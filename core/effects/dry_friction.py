@@ -11,19 +11,19 @@ import numpy as np
 from .base import Effect, Parameter
 
 
-def acceleration(theta, setting, state):
+def force(theta, setting, state):
     """theta = (force over modal stiffness times amplitude, log of travel over amplitude)."""
     travel = np.exp(theta[:, 1]) * setting.amplitude
     memory = np.clip(state.memory[:, 0] + state.dx * state.h / travel, -1, 1)
     state.memory = memory[:, None]
     size = theta[:, 0] * setting.omega[0] ** 2 * setting.amplitude
-    return -(size * memory)[:, None] * setting.drive
+    return -size * memory
 
 
 def report(theta, setting, strength):
     """N at the marker that moves most; a rub elsewhere is as much larger as it moves less."""
     stiffness = setting.modal_mass * setting.omega[0] ** 2
-    return {"force": theta[0] * stiffness * setting.amplitude}
+    return {"force": theta[0] * stiffness * setting.amplitude / setting.lever(theta[2:])}
 
 
 EFFECT = Effect(
@@ -35,7 +35,7 @@ EFFECT = Effect(
     low=(0.0, np.log(2e-4)),
     high=(0.5, np.log(0.5)),
     starts=lambda setting, residual: [(0.01, np.log(0.01)), (0.04, np.log(0.05))],
-    acceleration=acceleration,
+    force=force,
     memory=1,
     begin=lambda theta, setting, u: np.zeros((len(u), 1)),
     report=report,

@@ -9,10 +9,10 @@ Source      Nayfeh and Mook, Nonlinear Oscillations (1979), 2.3: df/f = 3 k3 A^2
 from .base import Effect, Parameter
 
 
-def acceleration(theta, setting, state):
+def force(theta, setting, state):
     """Cubic force at the reference; theta = relative pitch shift at the first amplitude."""
     cubic = state.x**3 / setting.amplitude**2
-    return -(8 / 3) * setting.omega[0] ** 2 * (theta[:, 0] * cubic)[:, None] * setting.drive
+    return -(8 / 3) * setting.omega[0] ** 2 * theta[:, 0] * cubic
 
 
 def report(theta, setting, strength):
@@ -29,6 +29,6 @@ EFFECT = Effect(
     low=(-0.3,),
     high=(1.5,),
     starts=lambda setting, residual: [(0.03,), (-0.03,)],
-    acceleration=acceleration,
+    force=force,
     report=report,
 )

@@ -33,4 +33,7 @@ EFFECT = Effect(
     high=(np.log(60.0),),
     starts=starts,
     columns=columns,
+    veto=lambda found: "slower than the record"
+    if np.exp(found.theta[-1][0][0]) > found.law.setting.duration
+    else "",
 )

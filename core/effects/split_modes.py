@@ -20,6 +20,17 @@ def columns(theta, setting, time, u):
     return np.stack([fall * np.cos(phase), fall * np.sin(phase)], axis=2)
 
 
+def veto(found):
+    """A companion of the same shape is no second direction: it mimics what follows amplitude."""
+    K = found.law.modes
+    conditions = max(found.law.condition[i] for i in found.law.fitted) + 1
+    first = found.coefficients[:, :K].T[0]
+    q, _ = np.linalg.qr(first[:, None])
+    second = found.coefficients[:, K * conditions + 1 :][:, -2:].T
+    alike = ((second @ q) ** 2).sum() / max((second**2).sum(), 1e-300)
+    return "its shape is that of the first mode" if alike > 0.85 else ""
+
+
 EFFECT = Effect(
     name="split_modes",
     layer="time",
@@ -32,5 +43,7 @@ EFFECT = Effect(
         (s, float(np.clip(setting.zeta[0], 0.003, 0.2))) for s in (-0.08, -0.02, 0.02, 0.08)
     ],
     columns=columns,
+    veto=veto,
+    requires=lambda setting, takes: "" if setting.paired else "no degenerate pair",
     report=lambda theta, setting, strength: {"split": abs(theta[0])},
 )

@@ -47,5 +47,8 @@ EFFECT = Effect(
     high=(np.log(2e3),),
     starts=starts,
     columns=columns,
+    veto=lambda found: "fewer than three cycles"
+    if np.exp(found.theta[-1][0][0]) * found.law.setting.duration < 3
+    else "",
     report=lambda theta, setting, strength: {"frequency": np.exp(theta[0])},
 )
