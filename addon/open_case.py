@@ -81,9 +81,9 @@ def _fill(obj: bpy.types.Object, fields: dict, path: Path, pinned: np.ndarray) -
     for point, marker in zip(settings.points, fields["marker"], strict=True):
         point.position, point.placed = marker["position"], True
         point.support = marker["on"] == "support"
-    if not given["capture_fps"] and seen.time is not None:
-        recording.capture_fps = 1 / float(np.median(np.diff(seen.time)))
     note(recording, seen)
+    if given["capture_fps"]:
+        recording.capture_fps = given["capture_fps"]
 
 
 def _only(seen: film.Seen, names: list[str]) -> film.Seen:

@@ -54,11 +54,14 @@ def keep_points(obj: bpy.types.Object, seen: film.Seen) -> None:
 def note(recording, seen: film.Seen) -> None:
     """One line of what the recording is."""
     recording.frames = len(seen.frames)
+    recording.solid, recording.timed = seen.pixels.shape[2] == 3, seen.time is not None
+    if recording.timed:
+        recording.capture_fps = 1 / float(np.median(np.diff(seen.time)))
     if recording.source == "VIDEO":
         recording.frames = recording.clip.frame_duration
     recording.seconds = recording.frames / recording.capture_fps
-    unit = "3-D" if seen.pixels.shape[2] == 3 else "2-D"
-    recording.found = f"{len(seen.names)} points, {unit}, {recording.frames} frames"
+    unit = "metres" if recording.solid else "pixels"
+    recording.found = f"{len(seen.names)} points in {unit}, {recording.frames} frames"
 
 
 class RINGDOWN_OT_slow_motion(bpy.types.Operator):

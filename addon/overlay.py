@@ -6,14 +6,16 @@ import bpy
 import gpu
 import numpy as np
 from gpu_extras.batch import batch_for_shader
-from mathutils import Matrix
+from mathutils import Matrix, Vector
 
 from . import keep, read, ready
 
-CAGE, PINS = (0.1, 0.8, 1.0, 0.25), (1.0, 0.45, 0.1, 1.0)
+SKIN, INSIDE, PINS = (0.1, 0.8, 1.0, 0.7), (0.1, 0.8, 1.0, 0.06), (1.0, 0.45, 0.1, 1.0)
+LIFT = 1.004  # drawn this much larger about the middle, so as not to sink into the surface
 MEASURED, PREDICTED = (1.0, 1.0, 1.0, 1.0), (0.2, 1.0, 0.4, 1.0)
 SIZE = 7.0  # px
 EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
+FACES = ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))
 _handle = None
 _pins: dict = {}  # object -> (what it was made of, batch)
 
@@ -39,22 +41,29 @@ def draw() -> None:
 
 def _cage(context, obj: bpy.types.Object) -> None:
     found = read.axes(obj, context.scene)
-    shader, batch = _cage_batch(obj.ringdown.facts.cage)
+    shader, skin, inside, middle = _cage_batches(obj.ringdown.facts.cage)
+    lift = Matrix.Translation(middle) @ Matrix.Scale(LIFT, 4) @ Matrix.Translation(-middle)
     with gpu.matrix.push_pop():
-        gpu.matrix.multiply_matrix(Matrix(found.local.tolist()).to_4x4())
-        shader.uniform_float("color", CAGE)
-        batch.draw(shader)
+        gpu.matrix.multiply_matrix(Matrix(found.local.tolist()).to_4x4() @ lift)
+        shader.uniform_float("color", SKIN)
+        skin.draw(shader)
+        gpu.state.depth_test_set("NONE")
+        shader.uniform_float("color", INSIDE)
+        inside.draw(shader)
+        gpu.state.depth_test_set("LESS_EQUAL")
 
 
 @lru_cache(maxsize=4)
-def _cage_batch(text: str):
-    """Every edge once, in metres; built when the cage changes, not when it is drawn."""
+def _cage_batches(text: str):
+    """Edges on the skin and all edges, in metres; built when the cage changes, not when drawn."""
     arrays = keep.unpack(text)
-    edges = np.sort(arrays["tets"][:, EDGES].reshape(-1, 2), axis=1)
-    edges = np.unique(edges, axis=0).astype(np.int32)
+    places, tets = arrays["nodes"].astype(np.float32), arrays["tets"]
+    faces, seen = np.unique(np.sort(tets[:, FACES].reshape(-1, 3)), axis=0, return_counts=True)
     shader = gpu.shader.from_builtin("UNIFORM_COLOR")
-    places = arrays["nodes"].astype(np.float32)
-    return shader, batch_for_shader(shader, "LINES", {"pos": places}, indices=edges)
+    edges = (faces[seen == 1][:, ((0, 1), (0, 2), (1, 2))], tets[:, EDGES])
+    edges = (np.unique(np.sort(e.reshape(-1, 2)), axis=0).astype(np.int32) for e in edges)
+    skin, inside = (batch_for_shader(shader, "LINES", {"pos": places}, indices=e) for e in edges)
+    return shader, skin, inside, Vector((places.min(axis=0) + places.max(axis=0)) / 2)
 
 
 def _pinned(obj: bpy.types.Object) -> None:
@@ -67,8 +76,10 @@ def _pinned(obj: bpy.types.Object) -> None:
         kept = (made_of, shader, batch_for_shader(shader, "POINTS", {"pos": places}))
         _pins[obj.session_uid] = kept
     gpu.state.point_size_set(SIZE)
+    gpu.state.depth_test_set("NONE")
     kept[1].uniform_float("color", PINS)
     kept[2].draw(kept[1])
+    gpu.state.depth_test_set("LESS_EQUAL")
 
 
 def _ghost(context, obj: bpy.types.Object) -> None:
@@ -117,5 +128,5 @@ def unregister() -> None:
         bpy.types.SpaceView3D.draw_handler_remove(_handle, "WINDOW")
         _handle = None
     _pins.clear()
-    _cage_batch.cache_clear()
+    _cage_batches.cache_clear()
     _motion.cache_clear()

@@ -10,7 +10,7 @@ from .job import NOW
 def say(layout, text: str, icon: str = "NONE", width: int = 0) -> None:
     """Text in as many lines as the sidebar needs, the icon before the first."""
     column = layout.column(align=True)
-    width = width or max(20, int(bpy.context.region.width / (7.2 * scale())) - 3)
+    width = width or max(20, int(bpy.context.region.width / (6.5 * scale())) - 4)
     for k, line in enumerate(words.wrapped(text, width)):
         column.label(text=line, icon=icon if k == 0 else ("BLANK1" if icon != "NONE" else "NONE"))
 
@@ -178,16 +178,19 @@ class RINGDOWN_PT_recording(SubStep, bpy.types.Panel):
         self.clock(context, layout, recording)
         layout.operator("ringdown.read", icon="FILE_REFRESH")
         if recording.found:
-            say(layout, f"{recording.found}, {recording.seconds:.3g} s of real time")
+            say(layout, f"{recording.found}, {recording.seconds:.3g} s")
         if obj.ringdown.points:
             self.points(context, layout, obj)
         self.free_part(layout, recording)
         self.camera(layout, recording)
 
     def clock(self, context, layout, recording):
+        if recording.source == "CSV":
+            if recording.found and not recording.timed:
+                layout.prop(recording, "capture_fps", text="Captured At")
+            return
         plays = operators_recording.playback(context, recording)
-        row = layout.row(align=True)
-        row.prop(recording, "capture_fps", text="Captured At")
+        layout.prop(recording, "capture_fps", text="Captured At")
         fact(layout, "Plays At", f"{plays:g}, {recording.capture_fps / plays:.3g} × slower")
         row = layout.row(align=True)
         for factor in (1, 2, 4, 8, 16, 32):
@@ -217,12 +220,13 @@ class RINGDOWN_PT_recording(SubStep, bpy.types.Panel):
             row = layout.row(align=True)
             row.prop(recording, "case_file", text="From Case")
             return
-        layout.prop(recording, "scale")
-        if recording.scale != "CAMERA":
-            layout.prop(recording, "view")
-        if recording.scale == "LENGTH":
-            layout.prop(recording, "length")
-            layout.prop(recording, "length_px")
+        if not recording.solid:
+            layout.prop(recording, "scale")
+            if recording.scale != "CAMERA":
+                layout.prop(recording, "view")
+            if recording.scale == "LENGTH":
+                layout.prop(recording, "length")
+                layout.prop(recording, "length_px")
         column = layout.column(heading="Weight")
         column.prop(recording, "gravity")
         if recording.gravity:

@@ -21,8 +21,8 @@ VIEWS = (
     ("TOP", "Top", "The camera looks down"),
 )
 SOURCES = (
-    ("CSV", "Tracks", "A table of positions over time: NAME.x,y,z in metres or NAME.u,v in pixels"),
-    ("CLIP", "Clip Tracks", "The tracks of a movie clip, followed with Blender's own tracker"),
+    ("CSV", "Table", "A table of positions over time: NAME.x,y,z in metres or NAME.u,v in pixels"),
+    ("CLIP", "Tracks", "The tracks of a movie clip, followed with Blender's own tracker"),
     ("VIDEO", "Video", "A movie clip: Ringdown follows the points where its tracks begin"),
 )
 SCALES = (
@@ -144,6 +144,8 @@ class RINGDOWN_PG_recording(bpy.types.PropertyGroup):
     frames: IntProperty(options=HIDDEN)
     seconds: FloatProperty(options=HIDDEN)
     found: StringProperty(options=HIDDEN)  # what the last look at the recording told, one line
+    solid: BoolProperty(options=HIDDEN)  # tracks in metres: no camera is needed
+    timed: BoolProperty(options=HIDDEN)  # the table says its own time
 
 
 class RINGDOWN_PG_facts(bpy.types.PropertyGroup):
