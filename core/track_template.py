@@ -15,7 +15,7 @@ from .data import seal
 RADIUS = 15  # px, half the window
 TAPER = 0.5  # outer share of the window where its weight falls to zero
 MOST_STEPS = 12
-CLOSE = 1e-3  # px, a step that ends the search
+CLOSE = 3e-3  # px, a step that ends the search
 SOFT = 0.1  # prior standard deviation of one step of the affine part, beside that of 1 px of shift
 LAGS = 4  # px, reach of the noise's correlation
 SIDE = 2 * RADIUS + 1
