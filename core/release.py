@@ -1,0 +1,127 @@
+"""When the free motion begins and where it has sunk into the noise."""
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from . import varpro
+from .data import poles
+from .errors import RecordingError
+from .harmonic_inversion import invert
+from .noise_floor import noise_floor
+from .pencil import evenly
+
+FEWEST_FRAMES = 16
+STANDS_OUT = 4.0  # energy of the loudest period over that of noise, below which nothing moves
+RISES = 3.0  # energy over the least since the release, above which something struck again
+SUNK = 0.1  # energy over that of noise at which a ring-down has ended
+TAIL = 2  # periods that are kept after it has
+GLITCH = 6.0  # of the median speed squared about it: more is a tracker's jump, not motion
+LISTENED = 12  # periods that show what the free motion is like
+PERIODS = 3  # after an instant, that must look like ringing for it to be free
+ROUGH = 2.5  # misfit over that of motion surely free, above which an instant is not
+SIGMAS = 4.0  # the same where the misfit is no more than noise
+
+
+def find_release(time: np.ndarray, signals: np.ndarray) -> tuple[float, float]:
+    """Instants (s) between which the object rings freely; time (T,) s, signals (T, C).
+
+    The loudest ring-down of the record, by speed, so that a slow pull before the release does not
+    count. It begins with the earliest frame from which on the motion is one of damped sinusoids
+    with the poles that the later motion has, and ends where something strikes again or where
+    nothing but noise is left. Raises RecordingError where nothing moves.
+    """
+    time, signals = np.asarray(time, float), np.asarray(signals, float)
+    signals = signals[:, np.isfinite(signals).sum(axis=0) >= FEWEST_FRAMES]
+    if len(time) < FEWEST_FRAMES or not signals.shape[1]:
+        raise RecordingError(
+            f"Release: {len(time)} frames with {signals.shape[1]} usable channels; "
+            f"{FEWEST_FRAMES} frames are needed. Record longer."
+        )
+    floor = np.maximum(noise_floor(time, signals), 1e-9 * np.nanstd(signals) + 1e-300)
+    dt, even = evenly(time, signals)
+    even = even / floor
+    period = _period(even)
+    energy = _energy(even, period)
+    peak = int(np.argmax(energy))
+    if energy[peak] < STANDS_OUT:
+        raise RecordingError(
+            "Release: nothing moves beyond the recording's noise. Release it from further out, or "
+            "come closer with the camera."
+        )
+    last = _end(energy, peak, period, max(SUNK, 3 * np.sqrt(3 / (period * even.shape[1]))))
+    first = _begin(even, peak, last, period)
+    if last - first < FEWEST_FRAMES:
+        first, last = max(0, min(first, len(even) - FEWEST_FRAMES)), len(even) - 1
+    return float(time[0] + first * dt), float(min(time[0] + last * dt, time[-1]))
+
+
+def _period(even: np.ndarray) -> int:
+    """Frames in a period of the strongest oscillation."""
+    speed = np.diff(even, axis=0)
+    count = len(speed)
+    window = np.hanning(count)[:, None]
+    power = (np.abs(np.fft.rfft(speed * window, 4 * count, axis=0)) ** 2).sum(axis=1)
+    k = np.arange(len(power))
+    power = power / (2 - 2 * np.cos(2 * np.pi * k / (4 * count)) + (2 / count) ** 2) ** 0.5
+    power[:6] = 0  # less than two periods in the record
+    return max(2, round(4 * count / int(np.argmax(power))))
+
+
+def _energy(even: np.ndarray, period: int) -> np.ndarray:
+    """(T,) mean square speed over one period around each frame, over that of noise, less 1."""
+    half = max(1, period // 4)
+    speed = np.zeros_like(even)
+    speed[half:-half] = even[2 * half :] - even[: -2 * half]
+    square = np.mean(speed**2, axis=1) / 2
+    usual = median_filter(square, max(5, 3 * period // 2))
+    square = np.minimum(square, GLITCH * np.maximum(usual, 1.0))
+    kernel = np.ones(period) / period
+    padded = np.pad(square, (period, period))
+    inside = np.convolve(np.pad(np.ones(len(square) - 2 * half), half + period), kernel, "same")
+    smooth = np.convolve(padded, kernel, "same")[period:-period]
+    return smooth / np.maximum(inside[period:-period], 0.3) - 1
+
+
+def _end(energy: np.ndarray, peak: int, period: int, sunk: float) -> int:
+    """The last frame of the ring-down."""
+    least = np.minimum.accumulate(energy[peak:])
+    again = np.flatnonzero(energy[peak:] > RISES * np.maximum(least, 1.0) + 1)
+    stop = len(energy) - 1
+    if len(again):
+        stop = peak + int(np.argmin(energy[peak : peak + again[0] + 1]))
+        stop = max(peak, stop - period // 2)
+    loud = np.flatnonzero(energy[peak : stop + 1] > sunk)
+    return min(stop, peak + int(loud[-1]) + TAIL * period)
+
+
+def _begin(even: np.ndarray, peak: int, last: int, period: int) -> int:
+    """The first frame of the ring-down: from there on it rings as it does later."""
+    settled = min(peak + period // 2, max(peak, last - 4 * period))
+    free = even[settled : min(last, settled + max(LISTENED * period, 4 * FEWEST_FRAMES)) + 1]
+    if len(free) < FEWEST_FRAMES:
+        return peak
+    found = invert(np.arange(len(free)) + 0.0, free, max_modes=4)
+    if not len(found.frequency):
+        return peak
+    p = poles(found.frequency, found.damping_ratio)
+    ringing = varpro.Poles(-p.real, p.imag, np.zeros(0))
+    reach = min(PERIODS * period, last - settled)
+    t = np.arange(reach + 1.0)
+    phi = np.hstack([varpro.basis(t, ringing), np.ones((reach + 1, 1)), t[:, None]])
+    u, s, _ = np.linalg.svd(phi / np.linalg.norm(phi, axis=0), full_matrices=False)
+    u = u[:, s > 1e-9 * s[0]]
+    starts = np.arange(max(0, peak - 3 * period), min(settled + period, last - reach) + 1)
+    near = max(3, period // 4)
+    misfit = np.array([_misfit(even[k : k + reach + 1], u, near) for k in starts])
+    sure = starts >= settled
+    usual = max(np.median(misfit[sure]) if sure.any() else misfit.min(), 1.0)
+    chance = 1 + SIGMAS / np.sqrt(2 * near * even.shape[1])
+    allowed = chance if usual < chance else ROUGH * usual
+    bad = np.flatnonzero((misfit > allowed) & (starts < settled))
+    return int(starts[bad[-1] + 1]) if len(bad) else int(starts[0])
+
+
+def _misfit(part: np.ndarray, u: np.ndarray, near: int) -> float:
+    """Root mean square of what ringing leaves of the first frames, in units of the noise."""
+    left = part - u @ (u.T @ part)
+    return float(np.sqrt(np.mean(left[:near] ** 2)))
