@@ -1,177 +1,127 @@
-"""From tracks without a body to what rings in them: the story behind `ringdown VIDEO`."""
-
-from dataclasses import dataclass
+"""When the free motion begins and where it has sunk into the noise."""
 
 import numpy as np
+from scipy.ndimage import median_filter
 
-from .data import RingDown, seal
+from . import varpro
+from .data import poles
 from .errors import RecordingError
 from .harmonic_inversion import invert
-from .release import find_release
+from .noise_floor import noise_floor
+from .pencil import evenly
 
-__all__ = ["Heard", "aliases", "find_release", "hear", "ringdown_report"]
-
-NORMAL = 1.959964  # standard deviations in half a 95 % interval
-CROWDED = 0.3  # of the frame rate: slower motion has over three frames a period and is believed
-FOLDS = 2.0  # frame rates up to which true frequencies are listed
-PERIODS = 2.0  # of the strongest mode that a recording must hold
-SEEN = 0.5  # of the frames that a point must be seen in
-STEADY = 1e-4  # damping ratio below which nothing soft, and few forks, can stay
-MOST_MODES = 8
-
-
-@dataclass(frozen=True, eq=False)
-class Heard:
-    """What was found in the tracks of one clip, with what it was found from."""
-
-    time: np.ndarray  # (T,) s, the whole clip
-    values: np.ndarray  # (T, n, d) px or m, the points that were used; NaN = missing
-    start: float  # s, the free motion begins
-    stop: float  # s, and ends
-    ring: RingDown  # of the channels point by axis, in the order of `values`
-    aliases: tuple[tuple[float, ...], ...]  # Hz, one for each mode
-    fps: float  # frames per second of real time
-    points: np.ndarray  # (n,) which of the points given were used
-    unit: str  # "px" | "m"
-    warnings: tuple[str, ...] = ()
-
-    def __post_init__(self):
-        seal(self, "time", float, (None,))
-        seal(self, "values", float, (len(self.time), None, None), finite=False)
-        seal(self, "points", int, (self.values.shape[1],))
-
-    @property
-    def deflection(self) -> np.ndarray:
-        """(m, n, d) complex amplitudes of the points at the release, unit as `values`."""
-        return self.ring.amplitude.reshape(len(self.ring.frequency), *self.values.shape[1:])
-
-    @property
-    def amplitude(self) -> np.ndarray:
-        """(m,) peak displacement of the point that moves most."""
-        return np.linalg.norm(self.deflection, axis=2).max(axis=1)
+FEWEST_FRAMES = 16
+STANDS_OUT = 4.0  # energy of the loudest period over that of noise, below which nothing moves
+RISES = 3.0  # energy over the least since the release, above which something struck again
+SUNK = 0.1  # energy over that of noise at which a ring-down has ended
+TAIL = 2  # periods that are kept after it has
+GLITCH = 6.0  # of the median speed squared about it: more is a tracker's jump, not motion
+LISTENED = 12  # periods that show what the free motion is like
+PERIODS = 3  # after an instant, that must look like ringing for it to be free
+ROUGH = 2.5  # misfit over that of motion surely free, above which an instant is not
+SIGMAS = 4.0  # the same where the misfit is no more than noise
 
 
-def hear(
-    tracks,
-    fps: float,
-    *,
-    start: float | None = None,
-    stop: float | None = None,
-    metres_per_pixel: float | None = None,
-    max_modes: int = MOST_MODES,
-) -> Heard:
-    """Modes of `tracks`: anything with `time` (T,) s, `values` (T, n, d) px and `warnings`.
+def find_release(time: np.ndarray, signals: np.ndarray) -> tuple[float, float]:
+    """Instants (s) between which the object rings freely; time (T,) s, signals (T, C).
 
-    `fps`: frames per second of real time. `start`, `stop` (s): the free motion, else detected.
-    With `metres_per_pixel` the amplitudes are in metres. Raises RecordingError where nothing
-    moves, no mode stands out, or fewer than two periods of the strongest one are there.
+    The loudest ring-down of the record, by speed, so that a slow pull before the release does not
+    count. It begins with the earliest frame from which on the motion is one of damped sinusoids
+    with the poles that the later motion has, and ends where something strikes again or where
+    nothing but noise is left. Raises RecordingError where nothing moves.
     """
-    time, values = np.asarray(tracks.time, float), np.asarray(tracks.values, float)
-    scale = 1.0 if metres_per_pixel is None else metres_per_pixel
-    start, stop = _window(time, values, start, stop)
-    inside = (time >= start - 1e-9) & (time <= stop + 1e-9)
-    points = _usable(values[inside])
-    values = values[:, points] * scale
-    part = values[inside].reshape(inside.sum(), -1)
-    ring = invert(time[inside], part, max_modes=max_modes)
-    _check(ring, time[inside])
-    folds = tuple(tuple(aliases(f, fps)) for f in ring.frequency)
-    dropped = np.asarray(tracks.values).shape[1] - len(points)
-    warnings = (*tracks.warnings, *_warnings(ring, folds, fps, dropped))
-    unit = "px" if metres_per_pixel is None else "m"
-    return Heard(time, values, start, stop, ring, folds, fps, points, unit, warnings)
-
-
-def aliases(frequency: float, fps: float, limit: float | None = None) -> list[float]:
-    """True frequencies (Hz) that sampling at `fps` could show as `frequency`; empty where unlikely.
-
-    They are |k fps +- f|, up to `limit` (Hz, default twice `fps`). Motion that has more than three
-    frames in a period is taken at its word, unless a `limit` asks.
-    """
-    if limit is None and frequency < CROWDED * fps:
-        return []
-    limit = FOLDS * fps if limit is None else limit
-    folds = [k * fps + sign * frequency for k in range(1, int(limit / fps) + 2) for sign in (-1, 1)]
-    return sorted(f for f in folds if 0 < f <= limit and abs(f / frequency - 1) > 1e-9)
-
-
-def ringdown_report(heard: Heard) -> dict:
-    """ringdown.json as the contract has it; `amplitude_px` where no scale is known."""
-    modes = []
-    ring = heard.ring
-    for k, (f, z) in enumerate(zip(ring.frequency, ring.damping_ratio, strict=True)):
-        spread_f, spread_z = NORMAL * ring.frequency_sigma[k], NORMAL * ring.damping_sigma[k]
-        modes.append(
-            {
-                "natural_frequency_hz": {
-                    "value": float(f),
-                    "ci95": [float(f - spread_f), float(f + spread_f)],
-                },
-                "damping_ratio": {
-                    "value": float(z),
-                    "ci95": [float(max(z - spread_z, 0)), float(z + spread_z)],
-                },
-                f"amplitude_{heard.unit}": float(heard.amplitude[k]),
-                "aliases_hz": list(heard.aliases[k]),
-            }
-        )
-    return {"modes": modes, "warnings": list(heard.warnings)}
-
-
-def _window(time, values, start, stop) -> tuple[float, float]:
-    if start is None or stop is None:
-        late = time >= (-np.inf if start is None else start)
-        late &= time <= (np.inf if stop is None else stop)
-        if late.sum() < 2:
-            raise RecordingError("Ring-down: no frames between start and stop. Mend them.")
-        found = find_release(time[late], values[late].reshape(late.sum(), -1))
-        start = found[0] if start is None else start
-        stop = found[1] if stop is None else stop
-    return start, stop
-
-
-def _usable(values: np.ndarray) -> np.ndarray:
-    """Indices of points that are seen for long enough."""
-    seen = np.isfinite(values).all(axis=2).mean(axis=0)
-    points = np.flatnonzero(seen >= SEEN)
-    if not len(points):
+    time, signals = np.asarray(time, float), np.asarray(signals, float)
+    signals = signals[:, np.isfinite(signals).sum(axis=0) >= FEWEST_FRAMES]
+    if len(time) < FEWEST_FRAMES or not signals.shape[1]:
         raise RecordingError(
-            f"Ring-down: the best of {len(seen)} points is seen in {max(seen, default=0):.0%} of "
-            f"the frames; {SEEN:.0%} are needed. Choose points that stay in view."
+            f"Release: {len(time)} frames with {signals.shape[1]} usable channels; "
+            f"{FEWEST_FRAMES} frames are needed. Record longer."
         )
-    return points
-
-
-def _check(ring: RingDown, time: np.ndarray) -> None:
-    if not len(ring.frequency):
+    floor = np.maximum(noise_floor(time, signals), 1e-9 * np.nanstd(signals) + 1e-300)
+    dt, even = evenly(time, signals)
+    even = even / floor
+    period = _period(even)
+    energy = _energy(even, period)
+    peak = int(np.argmax(energy))
+    if energy[peak] < STANDS_OUT:
         raise RecordingError(
-            "Ring-down: no oscillation stands out of the noise. Release it from further out, come "
-            "closer with the camera, or film sooner after the release."
+            "Release: nothing moves beyond the recording's noise. Release it from further out, or "
+            "come closer with the camera."
         )
-    cycles = ring.frequency[0] * np.ptp(time)
-    if cycles < PERIODS:
-        raise RecordingError(
-            f"Ring-down: the clip holds {np.ptp(time):.3g} s of free motion, {cycles:.2g} periods "
-            f"of the strongest mode; {PERIODS:g} are needed. Record longer."
-        )
+    last = _end(energy, peak, period, max(SUNK, 3 * np.sqrt(3 / (period * even.shape[1]))))
+    first = _begin(even, peak, last, period)
+    if last - first < FEWEST_FRAMES:
+        first, last = max(0, min(first, len(even) - FEWEST_FRAMES)), len(even) - 1
+    return float(time[0] + first * dt), float(min(time[0] + last * dt, time[-1]))
 
 
-def _warnings(ring: RingDown, folds, fps: float, dropped: int) -> list[str]:
-    said = []
-    if dropped:
-        said.append(f"{dropped} points were seen in less than {SEEN:.0%} of the frames: left out.")
-    for f, z, sigma, others in zip(
-        ring.frequency, ring.damping_ratio, ring.damping_sigma, folds, strict=True
-    ):
-        if others:
-            listed = ", ".join(f"{other:.5g}" for other in others)
-            said.append(
-                f"A mode is seen at {f:.5g} Hz with {fps / f:.2g} frames a period at {fps:g} "
-                f"frames/s: it may truly be at {listed} Hz. A second frame rate would tell."
-            )
-        if z + NORMAL * sigma < STEADY:
-            said.append(
-                f"The motion at {f:.5g} Hz does not decay: it looks driven (a motor, the mains), "
-                "or the capture rate is not what was declared."
-            )
-    return said
+def _period(even: np.ndarray) -> int:
+    """Frames in a period of the strongest oscillation."""
+    speed = np.diff(even, axis=0)
+    count = len(speed)
+    window = np.hanning(count)[:, None]
+    power = (np.abs(np.fft.rfft(speed * window, 4 * count, axis=0)) ** 2).sum(axis=1)
+    k = np.arange(len(power))
+    power = power / (2 - 2 * np.cos(2 * np.pi * k / (4 * count)) + (2 / count) ** 2) ** 0.5
+    power[:6] = 0  # less than two periods in the record
+    return max(2, round(4 * count / int(np.argmax(power))))
+
+
+def _energy(even: np.ndarray, period: int) -> np.ndarray:
+    """(T,) mean square speed over one period around each frame, over that of noise, less 1."""
+    half = max(1, period // 4)
+    speed = np.zeros_like(even)
+    speed[half:-half] = even[2 * half :] - even[: -2 * half]
+    square = np.mean(speed**2, axis=1) / 2
+    usual = median_filter(square, max(5, 3 * period // 2))
+    square = np.minimum(square, GLITCH * np.maximum(usual, 1.0))
+    kernel = np.ones(period) / period
+    padded = np.pad(square, (period, period))
+    inside = np.convolve(np.pad(np.ones(len(square) - 2 * half), half + period), kernel, "same")
+    smooth = np.convolve(padded, kernel, "same")[period:-period]
+    return smooth / np.maximum(inside[period:-period], 0.3) - 1
+
+
+def _end(energy: np.ndarray, peak: int, period: int, sunk: float) -> int:
+    """The last frame of the ring-down."""
+    least = np.minimum.accumulate(energy[peak:])
+    again = np.flatnonzero(energy[peak:] > RISES * np.maximum(least, 1.0) + 1)
+    stop = len(energy) - 1
+    if len(again):
+        stop = peak + int(np.argmin(energy[peak : peak + again[0] + 1]))
+        stop = max(peak, stop - period // 2)
+    loud = np.flatnonzero(energy[peak : stop + 1] > sunk)
+    return min(stop, peak + int(loud[-1]) + TAIL * period)
+
+
+def _begin(even: np.ndarray, peak: int, last: int, period: int) -> int:
+    """The first frame of the ring-down: from there on it rings as it does later."""
+    settled = min(peak + period // 2, max(peak, last - 4 * period))
+    free = even[settled : min(last, settled + max(LISTENED * period, 4 * FEWEST_FRAMES)) + 1]
+    if len(free) < FEWEST_FRAMES:
+        return peak
+    found = invert(np.arange(len(free)) + 0.0, free, max_modes=4)
+    if not len(found.frequency):
+        return peak
+    p = poles(found.frequency, found.damping_ratio)
+    ringing = varpro.Poles(-p.real, p.imag, np.zeros(0))
+    reach = min(PERIODS * period, last - settled)
+    t = np.arange(reach + 1.0)
+    phi = np.hstack([varpro.basis(t, ringing), np.ones((reach + 1, 1)), t[:, None]])
+    u, s, _ = np.linalg.svd(phi / np.linalg.norm(phi, axis=0), full_matrices=False)
+    u = u[:, s > 1e-9 * s[0]]
+    starts = np.arange(max(0, peak - 3 * period), min(settled + period, last - reach) + 1)
+    near = max(3, period // 4)
+    misfit = np.array([_misfit(even[k : k + reach + 1], u, near) for k in starts])
+    sure = starts >= settled
+    usual = max(np.median(misfit[sure]) if sure.any() else misfit.min(), 1.0)
+    chance = 1 + SIGMAS / np.sqrt(2 * near * even.shape[1])
+    allowed = chance if usual < chance else ROUGH * usual
+    bad = np.flatnonzero((misfit > allowed) & (starts < settled))
+    return int(starts[bad[-1] + 1]) if len(bad) else int(starts[0])
+
+
+def _misfit(part: np.ndarray, u: np.ndarray, near: int) -> float:
+    """Root mean square of what ringing leaves of the first frames, in units of the noise."""
+    left = part - u @ (u.T @ part)
+    return float(np.sqrt(np.mean(left[:near] ** 2)))

@@ -1,96 +1,89 @@
-"""A picture of a ring-down: the motion, its spectrum, and the poles that stay."""
+"""One picture of what a video's points say: where, when, at what pitch, and how sure."""
 
 from pathlib import Path
 
 import numpy as np
 
 from .files import written_whole
-from .pencil import evenly
-from .ringdown import Heard
-from .stabilization import stabilization
+from .harmonic_inversion import fit_poles
+from .video import Video, frame_at
 
-INK, MEASURED, FITTED, FAINT = "#222222", "#4477aa", "#ee6677", "#bbbbbb"
+ORDERS = 4  # further orders in the stabilization diagram
 
 
-def plot_ringdown(heard: Heard, path: str | Path) -> None:
-    """Write a PNG: motion over time, spectrum, stabilization diagram with the modes marked."""
+def plot_video_modes(modes, clip: Video, path: str | Path) -> None:
+    """Write the picture (png, svg, pdf): points and deflection, motion, spectrum, stabilization.
+
+    modes: core.ringdown_command.VideoModes.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(9, 8), layout="constrained")
+    figure = Figure(figsize=(12, 9), layout="constrained")
     FigureCanvasAgg(figure)
-    motion, spectrum, poles = figure.subplots(3, 1, height_ratios=[3, 2, 2])
-    direction = _direction(heard)
-    _draw_motion(motion, heard, direction)
-    _draw_spectrum(spectrum, heard, direction)
-    _draw_poles(poles, heard)
-    poles.sharex(spectrum)
-    for axes in (motion, spectrum, poles):
-        axes.spines[["top", "right"]].set_visible(False)
+    places, motion, spectrum, stable = figure.subplots(2, 2).ravel()
+    _places(places, modes, clip)
+    _motion(motion, modes)
+    _spectrum(spectrum, modes)
+    _stability(stable, modes)
     with written_whole(path) as draft:
-        figure.savefig(draft, format="png", dpi=130)
+        figure.savefig(draft, dpi=120)
 
 
-def _direction(heard: Heard) -> tuple[int, np.ndarray]:
-    """The point that moves most in the strongest mode, and the unit vector along which it does."""
-    deflection = heard.deflection[0]
-    point = int(np.argmax(np.linalg.norm(deflection, axis=1)))
-    a = deflection[point]
-    u, _, _ = np.linalg.svd(np.stack([a.real, a.imag], axis=1))
-    return point, u[:, 0] * np.sign(u[np.argmax(np.abs(u[:, 0])), 0])
+def _places(axes, modes, clip) -> None:
+    tracks, found = modes.tracks, modes.ringdown
+    axes.imshow(frame_at(clip, int(tracks.frames[0])).grey, cmap="gray", vmin=0, vmax=255)
+    shape = modes.deflection[0]
+    turn = np.exp(-1j * np.angle(np.sum(shape**2)) / 2)  # the phase in which most of it is real
+    real = (shape * turn).real
+    scale = 0.08 * clip.size[0] / max(np.abs(real).max(), 1e-9)
+    axes.quiver(*tracks.points.T, *(scale * real).T, color="C1", angles="xy", scale=1, units="xy")
+    axes.plot(*tracks.points.T, "o", color="C0", ms=3)
+    axes.set(title=f"deflection at {found.frequency[0]:.4g} Hz, {scale:.3g} times", xlabel="u, px")
 
 
-def _draw_motion(axes, heard: Heard, direction) -> None:
-    point, along = direction
-    channels = slice(point * len(along), (point + 1) * len(along))
-    rest = heard.ring.offset[channels] @ along
-    axes.plot(heard.time, heard.values[:, point] @ along - rest, color=MEASURED, lw=1.2)
-    fine = np.linspace(heard.start, heard.stop, 4000)
-    fitted = heard.ring.predict(fine)[:, channels] @ along - rest
-    axes.plot(fine, fitted, color=FITTED, lw=0.8)
-    axes.axvspan(heard.start, heard.stop, color=FAINT, alpha=0.2, lw=0)
-    axes.set_xlim(heard.time[0], heard.time[-1])
-    axes.set_xlabel("time, s")
-    axes.set_ylabel(f"displacement, {heard.unit}")
-    axes.set_title(
-        f"point {heard.points[point] + 1} along its strongest motion: measured (blue), "
-        f"{len(heard.ring.frequency)} modes (red)",
-        loc="left",
-        fontsize=10,
-    )
+def _motion(axes, modes) -> None:
+    tracks, found = modes.tracks, modes.ringdown
+    best = modes.channels[0]
+    flat = tracks.values.reshape(len(tracks.time), -1)
+    after = tracks.time >= found.t0
+    middle = found.offset[best]
+    axes.plot(tracks.time, flat[:, best] - middle, color="C0", lw=0.7, label="tracked")
+    fitted = found.predict(tracks.time[after])[:, best] - middle
+    axes.plot(tracks.time[after], fitted, color="C1", lw=0.7, label="modes")
+    axes.set(title="the clearest point", xlabel="time, s", ylabel="px")
+    axes.legend(loc="upper right")
 
 
-def _draw_spectrum(axes, heard: Heard, direction) -> None:
-    inside = (heard.time >= heard.start - 1e-9) & (heard.time <= heard.stop + 1e-9)
-    point, along = direction
-    dt, even = evenly(heard.time[inside], (heard.values[inside, point] @ along)[:, None])
-    even = even[:, 0] - even.mean()
-    window = np.hanning(len(even))
-    size = np.abs(np.fft.rfft(even * window, 4 * len(even))) * 2 / window.sum()
-    axes.semilogy(np.fft.rfftfreq(4 * len(even), dt), size + 1e-12, color=MEASURED, lw=1)
-    axes.set_ylim(bottom=max(np.percentile(size, 2) / 2, 1e-12))
-    for k, f in enumerate(heard.ring.frequency):
-        axes.axvline(f, color=FITTED, lw=0.8)
-        axes.annotate(
-            f" {f:.4g} Hz\n ζ {heard.ring.damping_ratio[k]:.3g}",
-            (f, 0.97 - 0.22 * (k % 4)),
-            xycoords=("data", "axes fraction"),
-            va="top",
-            fontsize=8,
-            color=INK,
-        )
-    axes.set_ylabel(f"spectrum, {heard.unit}")
+def _spectrum(axes, modes) -> None:
+    tracks, found = modes.tracks, modes.ringdown
+    step = float(np.median(np.diff(tracks.time)))
+    even = np.arange(found.t0, tracks.time[-1], step)
+    for channel in modes.channels:
+        column = tracks.values.reshape(len(tracks.time), -1)[:, channel]
+        known = np.isfinite(column)
+        filled = np.interp(even, tracks.time[known], column[known])
+        lines = np.abs(np.fft.rfft((filled - filled.mean()) * np.hanning(len(even))))
+        axes.semilogy(np.fft.rfftfreq(len(even), step), lines / len(even) * 4, lw=0.6)
+    for frequency in found.frequency:
+        axes.axvline(frequency, color="k", lw=0.5, ls=":")
+    axes.set(title="spectrum of the channels used", xlabel="frequency, Hz", ylabel="px")
 
 
-def _draw_poles(axes, heard: Heard) -> None:
-    inside = (heard.time >= heard.start - 1e-9) & (heard.time <= heard.stop + 1e-9)
-    found = stabilization(heard.time[inside], heard.values[inside].reshape(inside.sum(), -1))
-    shaky = ~found.stable
-    axes.plot(found.frequency[shaky], found.order[shaky], "x", color=FAINT, ms=3)
-    axes.plot(found.frequency[found.stable], found.order[found.stable], "o", color=MEASURED, ms=3)
-    for f, s in zip(heard.ring.frequency, heard.ring.frequency_sigma, strict=True):
-        axes.axvspan(f - 2 * s, f + 2 * s, color=FITTED, alpha=0.4)
-    axes.set_xlim(0, heard.fps / 2)
-    axes.set_xlabel("frequency, Hz")
-    axes.set_ylabel("order asked of the pencil")
-    axes.set_title("poles: dots stay from one order to the next", loc="left", fontsize=10)
+def _stability(axes, modes) -> None:
+    """Poles against the model's order: what is a mode stays, what is noise wanders."""
+    tracks, found = modes.tracks, modes.ringdown
+    after = tracks.time >= found.t0
+    flat = tracks.values.reshape(len(tracks.time), -1)[after][:, modes.channels]
+    time, m = tracks.time[after], len(found.frequency)
+    rng = np.random.default_rng(0)
+    highest = 0.5 / np.median(np.diff(time))
+    for order in range(1, m + ORDERS + 1):
+        start = np.concatenate([found.frequency, rng.uniform(0.05, 0.95, ORDERS) * highest])[:order]
+        ratio = np.concatenate([found.damping_ratio, np.full(ORDERS, 0.01)])[:order]
+        fit = fit_poles(time, flat, start, ratio)
+        stays = np.array([np.min(np.abs(f / found.frequency - 1)) < 0.01 for f in fit.frequency])
+        axes.plot(fit.frequency[stays], np.full(stays.sum(), order), "o", color="C0")
+        axes.plot(fit.frequency[~stays], np.full((~stays).sum(), order), "x", color="0.6")
+    axes.set(title="poles, by the number of modes allowed", xlabel="frequency, Hz", ylabel="modes")
+    axes.set_xlim(0, highest)
