@@ -11,6 +11,7 @@ import numpy as np
 
 from .data import seal
 from .errors import RecordingError
+from .noise_floor import noise_floor
 from .track_clock import check_rate, frame_times, rate_warnings
 from .track_copies import copies_warning, doubled_frames, without_copies
 from .track_follow import State, begin, follow
@@ -22,6 +23,8 @@ from .video import FEWEST_FRAMES, Video, ended_early, frame_at, open_video, read
 __all__ = ["Tracks", "relative_to", "track", "track_recording"]
 
 SAMPLED = 7  # every so many frames the residuals' correlation is looked at
+LEAST_SIGMA = 1e-4  # px
+ENOUGH = 48  # frames in which the noise floor of a track can be told
 REPORT = 20  # frames between two calls of progress
 
 
@@ -163,9 +166,23 @@ def _tracks(video, first, seen: _Seen, capture_fps, warnings) -> Tracks:
     middle = total.shape[0] // 2
     gain = noise_gain(first, total / total[middle, middle])
     sigma = np.array(seen.residual) * gain / np.sqrt(2)  # the template's own half stays constant
-    sigma = np.where(np.isnan(values[..., 0]), np.nan, np.maximum(sigma, 1e-4))
+    sigma = _at_least_the_floor(clock.time, values, np.maximum(sigma, LEAST_SIGMA))
     tracks = Tracks(clock.time, values, sigma, first.points, np.array(seen.index), warnings)
     return _without_copies(tracks, np.array(seen.change))
+
+
+def _at_least_the_floor(time, values, sigma) -> np.ndarray:
+    """`sigma` (T, n) raised where the tracks themselves are noisier than their pictures.
+
+    A codec's errors are smooth over a window, so that what is left there does not show them.
+    """
+    if len(time) < ENOUGH:
+        return np.where(np.isnan(values[..., 0]), np.nan, sigma)
+    seen = np.isfinite(values[..., 0]).sum(0) >= ENOUGH
+    ratio = np.ones(values.shape[1])
+    floor = noise_floor(time, values[:, seen].reshape(len(time), -1)).reshape(-1, 2)
+    ratio[seen] = np.sqrt((floor**2).mean(1)) / np.nanmedian(sigma[:, seen], axis=0)
+    return np.where(np.isnan(values[..., 0]), np.nan, sigma * np.maximum(ratio, 1))
 
 
 def _without_copies(tracks: Tracks, change) -> Tracks:
