@@ -8,20 +8,14 @@ import numpy as np
 
 from .data import Surface, TetMesh, tet_volumes
 from .errors import MeshError
-from .surface import (
-    closest_point,
-    diagonal,
-    enclosed_volume,
-    face_areas,
-    in_morton_order,
-    is_closed,
-    simplified,
-)
-from .tetwild import run_tetwild
+from .surface import closest_point, in_morton_order, simplified
+from .tet_search import WITHIN, Size, Trial, chosen, next_guess, settled
+from .tetwild import Crashed, TookTooLong, run_tetwild
+from .volume_match import with_volume
 
-WITHIN = 0.25  # of the number asked for
-GOOD_ENOUGH = 0.2  # stops the search; the tetrahedralizer scatters by some per cent anyway
-TRIALS = 10
+TRIALS = 8
+LAST_CRASH = 2  # trial from which a crash is an answer, not a reason for a finer epsilon
+VOLUME_TOLERANCE = 5e-3
 
 
 @dataclass(frozen=True)
@@ -30,10 +24,26 @@ class TetReport:
 
     asked: int  # tetrahedra
     tets: int
-    volume_error: float | None  # (mesh - surface) / surface; None for a surface that is not closed
+    volume_error: float | None  # (mesh - surface) / surface; None where that has none
     worst_quality: float  # 0 flat .. 1 regular, of the worst tetrahedron
     trials: int
     seconds: float
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the user should know, one line each."""
+        out = ()
+        if not 1 / (1 + WITHIN) <= self.tets / self.asked <= 1 + WITHIN:
+            out += (
+                f"Tetrahedra: {self.tets} where {self.asked} were asked for; the object's thin "
+                "parts or fine detail allow no closer. Ask for more, or smooth the mesh.",
+            )
+        if self.volume_error is not None and abs(self.volume_error) > VOLUME_TOLERANCE:
+            out += (
+                f"Tetrahedra: their volume, and so the mass, is {self.volume_error:+.1%} off the "
+                "surface's. Ask for more elements.",
+            )
+        return out
 
 
 def tetrahedralize(
@@ -43,7 +53,7 @@ def tetrahedralize(
     progress: Callable[[float, str], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
     time_limit: float = 300.0,
-    volume_tolerance: float = 5e-3,
+    volume_tolerance: float = VOLUME_TOLERANCE,
 ) -> tuple[TetMesh, TetReport]:
     """The solid within `surface` as `elements` tetrahedra within 25 %, and how it went.
 
@@ -56,23 +66,24 @@ def tetrahedralize(
         raise MeshError(f"elements: {elements}; a number of at least 1 is needed.")
     start = time.monotonic()
     size = Size.of(surface)
-    edge, epsilon = first_guess(size, elements)
     trials: list[Trial] = []
     while len(trials) < TRIALS and not settled(trials, elements, volume_tolerance):
         if progress is not None:
             progress(len(trials) / (len(trials) + 2), said(trials, elements))
-        if trials:
-            edge, epsilon = next_guess(trials, elements, size, volume_tolerance)
-        nodes, tets = run_tetwild(
-            thinned(surface, elements, epsilon),
-            edge / size.diagonal,
-            epsilon / size.diagonal,
-            cancelled=cancelled,
-            deadline=start + time_limit,
-        )
-        mesh = solid(nodes, tets)
-        trials.append(Trial(edge, epsilon, mesh, volume_error(mesh, size.volume)))
-    best = chosen(trials, elements, volume_tolerance)
+        edge, epsilon = next_guess(trials, elements, size)
+        try:
+            trials.append(
+                attempt(surface, elements, size, (edge, epsilon), cancelled, start + time_limit)
+            )
+        except TookTooLong:
+            if not any(trial.count for trial in trials):
+                raise
+            break
+        except Crashed:
+            if len(trials) >= LAST_CRASH:
+                raise
+            trials.append(Trial(edge, epsilon, None, None))
+    best = chosen(trials, elements)
     if progress is not None:
         progress(1.0, f"{best.count} tetrahedra")
     quality = float(tet_quality(best.mesh).min())
@@ -80,112 +91,31 @@ def tetrahedralize(
     return best.mesh, TetReport(elements, best.count, best.error, quality, len(trials), seconds)
 
 
-@dataclass(frozen=True)
-class Size:
-    """What of a surface decides how many tetrahedra it takes."""
-
-    diagonal: float  # m
-    area: float  # m2
-    volume: float | None  # m3, None where the surface is not closed
-    thickness: float  # m, of a plate with this volume and area
-
-    @classmethod
-    def of(cls, surface: Surface) -> "Size":
-        area, volume = float(face_areas(surface).sum()), enclosed_volume(surface)
-        closed = is_closed(surface) and volume > 0
-        return cls(diagonal(surface), area, volume if closed else None, 2 * volume / area)
-
-
-@dataclass(frozen=True)
-class Trial:
-    """One run: edge length and epsilon in m, what came out (None: nothing), its volume error."""
-
-    edge: float
-    epsilon: float
-    mesh: TetMesh | None
-    error: float | None
-
-    @property
-    def count(self) -> int:
-        return len(self.mesh.tets) if self.mesh else 0
-
-
-def first_guess(size: Size, elements: int) -> tuple[float, float]:
-    """Edge length and epsilon, m; pytetwild makes 8 V / l^3 within and A / l^2 at the surface."""
-    edges = np.geomspace(1e-3, 0.5, 400) * size.diagonal
-    count = 4 * size.area * size.thickness / edges**3 + size.area / edges**2
-    edge = float(np.interp(-np.log(elements), -np.log(count), edges))
-    return edge, float(np.clip(0.06 * edge, 2e-4 * size.diagonal, thin_enough(size, 0.1)))
-
-
-def thin_enough(size: Size, share: float) -> float:
-    """The largest epsilon (m) for a plate of this thickness; well above it fTetWild crashes."""
-    return max(share * size.thickness, 3e-4 * size.diagonal)
-
-
-def next_guess(
-    trials: list[Trial], elements: int, size: Size, tolerance: float
-) -> tuple[float, float]:
-    """Edge length and epsilon, m, from the runs so far: count ~ edge^-p, p from the last two."""
-    last = trials[-1]
-    if last.count == 0:
-        return 0.7 * last.edge, 0.5 * last.epsilon
-    if off(last, elements) < GOOD_ENOUGH:
-        return 1.1 * last.edge, 0.5 * last.epsilon  # the volume is what was wrong
-    same = [t for t in trials if t.epsilon == last.epsilon and t.count]
-    above = [t for t in same if t.count >= elements]
-    below = [t for t in same if t.count < elements]
-    if above and below:
-        a, b = min(above, key=lambda t: t.count), max(below, key=lambda t: t.count)
-        share = np.log(a.count / elements) / np.log(a.count / b.count)
-        return float(a.edge ** (1 - share) * b.edge**share), last.epsilon
-    power = 2.5
-    if len(same) > 1 and same[-1].edge != same[-2].edge:
-        power = -np.log(same[-1].count / same[-2].count) / np.log(same[-1].edge / same[-2].edge)
-    epsilon, most = last.epsilon, thin_enough(size, 0.25)
-    if power < 0.7 and last.count > elements and epsilon < most:
-        return last.edge, min(2 * epsilon, most)  # detail, not edge length, drives the count
-    step = (last.count / elements) ** (1 / np.clip(power, 1, 4))
-    return float(min(last.edge * np.clip(step, 0.3, 3), 0.9 * size.diagonal)), epsilon
-
-
-def off(trial: Trial, elements: int) -> float:
-    """How far its count is from the number asked for, as a ratio minus 1."""
-    return np.inf if not trial.count else max(trial.count / elements, elements / trial.count) - 1
-
-
-def settled(trials: list[Trial], elements: int, tolerance: float) -> bool:
-    """Whether some run has the count and the volume."""
-    return any(off(t, elements) < GOOD_ENOUGH and right(t, tolerance) for t in trials)
-
-
-def right(trial: Trial, tolerance: float) -> bool:
-    """Whether its volume, where there is one to compare with, is that of the surface."""
-    return trial.error is None or abs(trial.error) <= tolerance
-
-
-def chosen(trials: list[Trial], elements: int, tolerance: float) -> Trial:
-    """Within the count the best volume, else the nearest count. Raises MeshError without any."""
-    solids = [t for t in trials if t.count]
-    if not solids:
-        raise MeshError(
-            "Tetrahedralization: the surface encloses nothing that could be filled. "
-            "Give it thickness, or close its holes."
-        )
-    fitting = [t for t in solids if max(t.count / elements, elements / t.count) <= 1 + WITHIN]
-    if fitting:
-        return min(fitting, key=lambda t: abs(t.error or 0))
-    return min(solids, key=lambda t: off(t, elements))
+def attempt(surface, elements, size, lengths, cancelled, deadline) -> Trial:
+    """One run with `lengths` = (edge, epsilon) in m, its volume made that of the surface."""
+    edge, epsilon = lengths
+    nodes, tets = run_tetwild(
+        thinned(surface, elements, epsilon),
+        edge / size.diagonal,
+        epsilon / size.diagonal,
+        cancelled=cancelled,
+        deadline=deadline,
+    )
+    mesh = solid(nodes, tets)
+    if mesh is None or size.volume is None:
+        return Trial(edge, epsilon, mesh, None)
+    mesh = with_volume(mesh, surface, size.volume)
+    return Trial(edge, epsilon, mesh, mesh.volume / size.volume - 1)
 
 
 def thinned(surface: Surface, elements: int, epsilon: float) -> Surface:
     """In Morton order, and without detail far below what `elements` tetrahedra can show."""
     ordered = in_morton_order(surface)
-    faces = max(4 * elements, 2000)
+    faces = max(2 * elements, 500)
     while 2 * faces < len(surface.faces):
         fewer = simplified(ordered, faces)
         sample = surface.vertices[:: max(1, len(surface.vertices) // 2000)]
-        if closest_point(fewer, sample)[2].max() < epsilon:
+        if np.quantile(closest_point(fewer, sample)[2], 0.95) < epsilon:
             return in_morton_order(fewer)
         faces *= 2
     return ordered
@@ -198,11 +128,6 @@ def solid(nodes: np.ndarray, tets: np.ndarray) -> TetMesh | None:
         return None
     used, tets = np.unique(tets, return_inverse=True)
     return TetMesh(nodes[used], tets.reshape(-1, 4))
-
-
-def volume_error(mesh: TetMesh | None, volume: float | None) -> float | None:
-    """(mesh - surface) / surface, None where one of them has no volume."""
-    return None if mesh is None or volume is None else mesh.volume / volume - 1
 
 
 def tet_quality(mesh: TetMesh) -> np.ndarray:

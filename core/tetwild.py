@@ -22,6 +22,14 @@ WORKER = Path(__file__).with_name("tetwild_worker.py")
 POLL = 0.05  # s, how often cancel and time limit are looked at
 
 
+class Crashed(MeshError):
+    """fTetWild found nothing, or died; a smaller epsilon may help."""
+
+
+class TookTooLong(MeshError):
+    """fTetWild was stopped at the time limit."""
+
+
 def python() -> str:
     """The Python that runs us; inside Blender `sys.executable` may be Blender itself."""
     if Path(sys.executable or "").stem.lower().startswith("python"):
@@ -78,7 +86,7 @@ def run_tetwild(
 
 
 def wait(child, cancelled: Callable[[], bool] | None, deadline: float | None) -> None:
-    """Return when the child has ended; raises Cancelled or, past the deadline, MeshError."""
+    """Return when the child has ended; raises Cancelled or, past the deadline, TookTooLong."""
     while True:
         try:
             child.wait(POLL)
@@ -87,14 +95,14 @@ def wait(child, cancelled: Callable[[], bool] | None, deadline: float | None) ->
             if cancelled is not None and cancelled():
                 raise Cancelled("Tetrahedralization: cancelled. Nothing was written.") from None
             if deadline is not None and time.monotonic() > deadline:
-                raise MeshError(
+                raise TookTooLong(
                     "Tetrahedralization: it took longer than its time limit. "
                     "Ask for fewer elements, or decimate the mesh."
                 ) from None
 
 
 def check(status: int, folder: Path) -> None:
-    """Raises MeshError, one line, for a child that did not leave its tetrahedra."""
+    """Raises MeshError or Crashed, one line, for a child that did not leave its tetrahedra."""
     note = folder / "error.txt"
     said = " ".join(note.read_text().split()) if note.exists() else ""
     if status == 3:
@@ -103,13 +111,13 @@ def check(status: int, folder: Path) -> None:
             "x86-64, Windows x64 and macOS arm64; on those run: pip install pytetwild."
         )
     if status == 4:
-        raise MeshError(
+        raise Crashed(
             f"Tetrahedralization: nothing solid was found in the surface ({said}). "
             "Give it thickness, or close its holes."
         )
     if status != 0 or not (folder / "output.npz").exists():
         how = f"crashed with signal {-status}" if status < 0 else f"ended with status {status}"
-        raise MeshError(
+        raise Crashed(
             f"Tetrahedralization: the tetrahedralizer {how}. The object may be too thin for this "
             "many elements: ask for more, or give it thickness."
         )

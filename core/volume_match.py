@@ -1,0 +1,100 @@
+"""A coarse mesh with the volume of the surface that it was cut from.
+
+Flat faces cut off a round body, by some per cent where the tetrahedra are few; mass and pitch err
+by as much. The boundary's nodes move out (or in) by what their faces miss, in proportion, until
+the volume is the surface's; flat sides stay where they are.
+"""
+
+import numpy as np
+
+from .data import Surface, TetMesh, tet_volumes
+from .surface import closest_point, enclosed_volume, simplified
+
+FACES = np.array([(1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1)])  # outward for positive tets
+MOST = 3.0  # times the gap: beyond, the gap is not why the volume differs
+
+
+def boundary_faces(mesh: TetMesh) -> np.ndarray:
+    """(B, 3) rows of nodes, outward, of the triangles that belong to one tetrahedron only."""
+    faces = mesh.tets[:, FACES].reshape(-1, 3)
+    key = np.sort(faces, axis=1)
+    _, first, count = np.unique(key, axis=0, return_index=True, return_counts=True)
+    return faces[np.sort(first[count == 1])]
+
+
+def outward_gaps(mesh: TetMesh, surface: Surface) -> tuple[np.ndarray, np.ndarray]:
+    """Of each node: area-weighted normal (N, 3) of its faces, and how far outside them the surface
+
+    lies (N,) m, at the faces' centres. Both zero within the body.
+    """
+    faces = boundary_faces(mesh)
+    a, b, c = (mesh.nodes[faces[:, i]] for i in range(3))
+    area = np.cross(b - a, c - a) / 2
+    size = np.linalg.norm(area, axis=1)
+    centre = (a + b + c) / 3
+    away = closest_point(surface, centre)[0] - centre
+    gap = np.einsum("fi,fi->f", away, area) / np.where(size > 0, size, 1)
+    normal, weight, mean = np.zeros((len(mesh.nodes), 3)), *np.zeros((2, len(mesh.nodes)))
+    for i in range(3):
+        np.add.at(normal, faces[:, i], area)
+        np.add.at(weight, faces[:, i], size)
+        np.add.at(mean, faces[:, i], size * gap)
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    return normal / np.where(length > 0, length, 1), mean / np.where(weight > 0, weight, 1)
+
+
+def with_volume(mesh: TetMesh, surface: Surface, volume: float) -> TetMesh:
+    """`mesh` with its boundary moved to enclose `volume` m3, or as it was.
+
+    It stays as it was where the gap to the surface does not explain the difference, or where a
+    tetrahedron would lose more than half of its own volume.
+    """
+    sign = np.sign(volume - mesh.volume)
+    normal, gap = outward_gaps(mesh, surface)
+    step = (sign * np.clip(sign * gap, 0, None))[:, None] * normal
+    share, moved = 0.0, mesh.nodes
+    for _ in range(20):
+        slope = tet_volumes(moved + 1e-3 * step, mesh.tets).sum() - mesh_volume(moved, mesh)
+        if not slope * sign > 0:
+            return mesh
+        share += 1e-3 * (volume - mesh_volume(moved, mesh)) / slope
+        if not 0 <= share <= MOST:
+            return mesh
+        moved = mesh.nodes + share * step
+    before, after = tet_volumes(mesh.nodes, mesh.tets), tet_volumes(moved, mesh.tets)
+    return TetMesh(moved, mesh.tets) if (after > before / 2).all() else mesh
+
+
+def mesh_volume(nodes: np.ndarray, mesh: TetMesh) -> float:
+    """m3 of the mesh with other nodes."""
+    return float(tet_volumes(nodes, mesh.tets).sum())
+
+
+def winding_numbers(points: np.ndarray, surface: Surface) -> np.ndarray:
+    """(n,) how often the surface goes round each point (n, 3): 1 inside, 0 outside.
+
+    Solid angles over 4 pi (van Oosterom & Strackee, IEEE Trans. Biomed. Eng. 30(2), 1983).
+    """
+    corners = surface.vertices[surface.faces]
+    out = np.empty(len(points))
+    for i, x in enumerate(points):
+        a, b, c = (corners - x).transpose(1, 0, 2)
+        la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+        det = np.einsum("fi,fi->f", a, np.cross(b, c))
+        ab, bc, ca = (np.einsum("fi,fi->f", p, q) for p, q in ((a, b), (b, c), (c, a)))
+        out[i] = np.arctan2(det, la * lb * lc + ab * lc + bc * la + ca * lb).sum() / (2 * np.pi)
+    return out
+
+
+def solid_volume(surface: Surface) -> float | None:
+    """Volume enclosed, m3; None where parts overlap, for then it counts some of it twice.
+
+    Looked for at 300 places of the box: an overlap of a hundredth of the box is found in 95 of 100.
+    """
+    volume = enclosed_volume(surface)
+    coarse = simplified(surface, 4000) if len(surface.faces) > 8000 else surface
+    low, high = coarse.vertices.min(axis=0), coarse.vertices.max(axis=0)
+    places = low + np.random.default_rng(0).uniform(size=(300, 3)) * (high - low)
+    turns = np.round(winding_numbers(places, coarse))
+    once = np.isin(turns, (0, 1)).all() or np.isin(turns, (0, -1)).all()
+    return volume if once and volume > 0 else None
