@@ -402,6 +402,11 @@ def test_a_file_that_is_no_mesh_is_refused(read, mesh):
     refused(read, ["beam.obj"], mesh=mesh)
 
 
+def test_tracks_in_millimetres_are_refused(read):
+    text = tracks().replace(",0.1,0.01,", ",100,10,")
+    refused(read, ["tracks.csv", "tip", "metres"], csv=text)
+
+
 # --- a video in place of tracks -------------------------------------------------------------------
 
 FILMED = flat_case().replace('tracks = "tracks.csv"', 'video = "film.avi"')

@@ -46,6 +46,7 @@ def test_pixels_have_two_axes_and_time_may_be_left_out(read):
 def test_byte_order_marks_blank_lines_and_spaces_do_no_harm(read):
     text = ("\ufeff" + "\r\n".join([GOOD[0].replace(",", " , "), *GOOD[1:], "", ""])).encode()
     np.testing.assert_array_equal(read(text).values, read(GOOD).values)
+    np.testing.assert_array_equal(read(text).time, read(GOOD).time)
 
 
 def test_columns_of_no_marker_are_left_out_with_a_warning(read):
