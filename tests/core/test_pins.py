@@ -29,6 +29,12 @@ def test_a_box_meets_a_triangle_where_a_point_of_the_triangle_is_in_the_box():
     assert 0.1 < np.mean(verdicts) < 0.9
 
 
+def test_a_box_meets_a_slanted_triangle_where_its_corner_pierces_the_plane():
+    slanted = Surface(3 * np.eye(3), [[0, 1, 2]])  # x + y + z = 3
+    assert not Box([0, 0, 0], [0.999, 0.999, 0.999]).meets(slanted)
+    assert Box([0, 0, 0], [1.001, 1.001, 1.001]).meets(slanted)
+
+
 def test_a_sphere_meets_a_triangle_where_its_centre_is_near_enough():
     above = [0.4, 0.2, 0.3]
     assert Sphere(above, 0.3001).meets(SQUARE)
