@@ -1,5 +1,6 @@
 """From a motion to what an animation program plays: keys on curves, or a cache of points."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -133,20 +134,31 @@ def write_pc2(path: Path, rest: np.ndarray, motion: Motion, frames: tuple) -> No
     moved into place, so that a file is whole or absent.
     """
     count, fps = frames
-    weights = sample(motion, motion.time[0] + np.arange(count) / fps).astype(np.float32)
-    shapes = motion.shapes.astype(np.float32).reshape(-1, len(motion.names)).T.copy()
-    still = rest.astype(np.float32).reshape(-1)
+    weights = sample(motion, motion.time[0] + np.arange(count) / fps)
+    weights = np.append(weights, np.ones((count, 1)), axis=1).astype(np.float32)
+    parts = motion.shapes.reshape(-1, len(motion.names)).T
+    parts = np.append(parts, rest.reshape(1, -1), axis=0).astype(np.float32)  # rest, once always
     head = np.zeros(1, PC2_HEAD)
     head[0] = (b"POINTCACHE2", 1, len(rest), 0.0, 1.0, count)
     part = path.with_name(path.name + ".part")
-    rows = max(1, CHUNK // max(1, still.size))
-    with part.open("wb") as file:
-        file.write(head.tobytes())
-        for start in range(0, count, rows):
-            block = weights[start : start + rows] @ shapes
-            block += still
-            block.tofile(file)
+    rows = min(count, max(1, CHUNK // parts.shape[1]))
+    rooms = np.empty((2, rows, parts.shape[1]), np.float32)  # one fills while the other is written
+    with part.open("wb", buffering=0) as file, ThreadPoolExecutor(1) as writer:
+        written = writer.submit(_write_all, file, head)
+        for i, start in enumerate(range(0, count, rows)):
+            block = rooms[i % 2, : min(rows, count - start)]
+            np.matmul(weights[start : start + rows], parts, out=block)
+            written.result()
+            written = writer.submit(_write_all, file, block)
+        written.result()
     part.replace(path)
+
+
+def _write_all(file, block: np.ndarray) -> None:
+    """An unbuffered file may take less than it is given."""
+    left = memoryview(block.view(np.uint8)).cast("B")
+    while left:
+        left = left[file.write(left) :]
 
 
 PC2_HEAD = np.dtype(
