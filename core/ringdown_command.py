@@ -11,7 +11,8 @@ from .harmonic_inversion import fit_poles, invert
 from .magnify import magnify_mode
 from .report import write_ringdown
 from .track import Tracks, track
-from .track_points import clarity, pick_points
+from .track_clarity import clarity, commotion
+from .track_points import pick_points
 from .video import Video, open_video
 
 CHANNELS = 8  # that the modes are read from, the clearest; more tell the same again
@@ -84,6 +85,7 @@ def video_modes(clip: Video, capture_fps: float, points=None, progress=None) -> 
     tracks = _well_seen(tracks)
     flat = tracks.values.reshape(len(tracks.time), -1)
     clear = clarity(flat)
+    clear = clear if clear.any() else commotion(flat)
     if not clear.any():
         raise RecordingError(
             f"{clip.path.name}: no motion in it; {len(tracks.points)} points were followed and "

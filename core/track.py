@@ -164,7 +164,7 @@ def _tracks(video, first, seen: _Seen, capture_fps, warnings) -> Tracks:
     warnings += _lost_warnings(values)
     total = np.sum(seen.products, axis=0)
     middle = total.shape[0] // 2
-    gain = noise_gain(first, total / total[middle, middle])
+    gain = noise_gain(first, total / max(total[middle, middle], 1e-12))
     sigma = np.array(seen.residual) * gain / np.sqrt(2)  # the template's own half stays constant
     sigma = _at_least_the_floor(clock.time, values, np.maximum(sigma, LEAST_SIGMA))
     tracks = Tracks(clock.time, values, sigma, first.points, np.array(seen.index), warnings)

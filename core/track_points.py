@@ -6,14 +6,13 @@ import cv2
 import numpy as np
 
 from .errors import RecordingError
+from .track_clarity import clarity, commotion
 from .track_template import RADIUS, SIDE, make_templates
-from .video import FEWEST_FRAMES, Video, open_video, read_frames
+from .video import Video, open_video, read_frames
 
 WORST = 0.5  # px: a point whose place one frame tells no better than this is featureless
-LOOKED_AT = (240, 480, 960, 1920)  # frames after which motion is looked for
+LOOKED_AT = 240  # frames after which, and after twice as many, motion is looked for
 CORNERS = 120  # followed to find those that move
-CHANCE = 1e-3  # that noise alone is taken for motion, once in a picture
-OCTAVE = 1.6  # frequencies within this factor are the noise that a line is held against
 LEAST_SHARE = 0.1  # of the clearest motion: what is seen less clearly tells little
 EDGE = 3.0  # how much worse a corner may be told along one direction than along the other
 SPACING = 12  # px between picked points
@@ -75,20 +74,14 @@ def pick_points(
     there is nothing to follow, or nothing moves.
     """
     video = video if isinstance(video, Video) else open_video(video)
-    moved, clear, opening, corners = [], np.zeros(0), None, None
-    frames = read_frames(video, start)
-    for frame in frames:
-        if opening is None:
-            opening, corners = frame.grey, _corners(frame.grey, video.path.name)
-        moved.append(_displacement(opening, frame.grey, corners))
-        if len(moved) in LOOKED_AT and (clear := _clear(moved)).any():
-            break
-    else:
-        clear = _clear(moved)
-    frames.close()
+    corners, moved = _moved(video, start, np.inf if still else LOOKED_AT)
+    stirred = _of_points(commotion, moved)
     if still:
-        return _spread(corners, np.where(clear == 0, 1.0, 0.0), count)
-    if not clear.any():
+        return _spread(corners, np.where(stirred == 0, 1.0, 0.0), count)
+    clear = _of_points(clarity, moved)
+    if not (clear > 0).any():
+        clear = stirred
+    if not (clear > 0).any():
         raise RecordingError(
             f"{video.path.name}: no motion in it; none of its {len(corners)} corners moves beyond "
             "the noise. Film the motion, or give the points."
@@ -96,32 +89,29 @@ def pick_points(
     return _spread(corners, clear, count)
 
 
-def clarity(values: np.ndarray) -> np.ndarray:
-    """(m,) strongest line of the motions (T, m) over its neighbourhood's noise; 0 where noise.
-
-    Amplitudes. The noise at a line is told by the median of the lines within `OCTAVE` of its
-    frequency, so that a slow wander is not a motion. The strongest of L lines of noise stays below
-    ln(L / chance) times their mean.
-    """
-    T, m = values.shape
-    if T < FEWEST_FRAMES:
-        return np.zeros(m)
-    about = np.where(np.isfinite(values), values - np.nanmean(values, axis=0), 0)
-    lines = np.abs(np.fft.rfft(about * np.hanning(T)[:, None], axis=0)[1:]) ** 2
-    noise = np.empty_like(lines)
-    for k in range(len(lines)):
-        low, high = int((k + 1) / OCTAVE) - 1, max(int((k + 1) * OCTAVE), 8)
-        noise[k] = np.median(lines[max(low, 0) : high], axis=0) / np.log(2)
-    over = np.max(lines / np.maximum(noise, 1e-12 * T), axis=0)
-    return np.where(over > 2 * np.log(len(lines) * m / CHANCE), np.sqrt(over), 0)
+def _moved(video, start, enough) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (m, 2) px and where they went (T, m, 2), until it is clear that some vibrate."""
+    moved, opening, corners, look = [], None, None, enough
+    frames = read_frames(video, start)
+    for frame in frames:
+        if opening is None:
+            opening, corners = frame.grey, _corners(frame.grey, video.path.name)
+            moved.append(np.zeros_like(corners))
+            continue
+        moved.append(_displacement(opening, frame.grey, corners, moved[-1]))
+        if len(moved) == look:
+            if (_of_points(clarity, np.array(moved)) > 0).any():
+                break
+            look *= 2
+    frames.close()
+    return corners, np.array(moved)
 
 
-def _clear(moved: list) -> np.ndarray:
-    """(m,) clarity of the displacements [(m, 2)], the better of the two axes; 0 where lost."""
-    seen = np.array(moved)
-    known = np.isfinite(seen).all((0, 2))
-    flat = np.where(known[None, :, None], seen, 0).reshape(len(seen), -1)
-    return np.where(known, clarity(flat).reshape(-1, 2).max(1), 0)
+def _of_points(measure, moved: np.ndarray) -> np.ndarray:
+    """(m,) `measure` of the displacements (T, m, 2), the larger of the axes; NaN where lost."""
+    known = np.isfinite(moved).all((0, 2))
+    flat = np.where(known[None, :, None], moved, 0).reshape(len(moved), -1)
+    return np.where(known, measure(flat).reshape(-1, 2).max(1), np.nan)
 
 
 def _corners(grey, name) -> np.ndarray:
@@ -136,15 +126,19 @@ def _corners(grey, name) -> np.ndarray:
     return corners
 
 
-def _displacement(opening, grey, corners) -> np.ndarray:
-    """(m, 2) px from the opening; NaN where it cannot be followed."""
-    begin = corners.astype(np.float32)[:, None]
-    found, seen, _ = cv2.calcOpticalFlowPyrLK(opening, grey, begin, None, winSize=(SIDE, SIDE))
-    return np.where(seen == 1, (found - begin)[:, 0], np.nan)
+def _displacement(opening, grey, corners, last) -> np.ndarray:
+    """(m, 2) px from the opening, sought from where they were `last`; NaN: never seen again."""
+    begin = corners.astype(np.float32).reshape(-1, 1, 2)
+    guess = begin + np.nan_to_num(last).astype(np.float32).reshape(-1, 1, 2)
+    found, seen, _ = cv2.calcOpticalFlowPyrLK(
+        opening, grey, begin, guess, winSize=(SIDE, SIDE), flags=cv2.OPTFLOW_USE_INITIAL_FLOW
+    )
+    return np.where((seen == 1) & np.isfinite(last), (found - begin)[:, 0], np.nan)
 
 
 def _spread(corners, score, count) -> np.ndarray:
     """The best `count` corners, at first a window apart, closer where that leaves too few."""
+    score = np.nan_to_num(score)
     order = [k for k in np.argsort(-score, kind="stable") if score[k] > 0]
     chosen: list[int] = []
     for apart in (SIDE, SPACING):
