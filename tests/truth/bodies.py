@@ -1,6 +1,7 @@
 """The five filmed objects, sized by seed, and one built to order for closed forms."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy import sparse
@@ -92,7 +93,7 @@ def build(name, maps, counts, **given) -> Body:
 def crowd(u: np.ndarray, power: tuple) -> np.ndarray:
     """Unit coordinates drawn towards a held end: 0 for a power above 1, 1 for one below -1."""
     power = np.asarray(power, float)
-    return np.where(power > 0, u**abs(power), 1 - (1 - u) ** abs(power))
+    return np.where(power > 0, u ** abs(power), 1 - (1 - u) ** abs(power))
 
 
 def tuned(body: Body, first: float) -> Body:
@@ -106,13 +107,24 @@ def modes(body: Body, count: int, ground=None) -> tuple[np.ndarray, np.ndarray]:
 
     With `ground` (3N, 3N) N/m nothing is held but by these springs.
     """
-    K = body.stiffness if ground is None else body.stiffness + ground
-    free = body.free if ground is None else np.arange(K.shape[0])
+    if ground is None:
+        f, shapes = held_modes(body, max(count, 12))
+        return f[:count], shapes[:, :count]
+    return lowest(body.stiffness + ground, body.mass, np.arange(len(body.nodes) * 3), count)
+
+
+@lru_cache(maxsize=32)
+def held_modes(body: Body, count: int) -> tuple[np.ndarray, np.ndarray]:
+    return lowest(body.stiffness, body.mass, body.free, count)
+
+
+def lowest(K, M, free, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies (m,) Hz and shapes (3N, m) over the free rows."""
     start = np.random.default_rng(0).standard_normal(free.size)
-    K, M = K[free][:, free].tocsc(), body.mass[free][:, free].tocsc()
-    omega2, x = eigsh(K, k=count, M=M, sigma=0, v0=start)
+    inside = K[free][:, free].tocsc(), M[free][:, free].tocsc()
+    omega2, x = eigsh(inside[0], k=count, M=inside[1], sigma=0, v0=start)
     order = np.argsort(omega2)
-    shapes = np.zeros((3 * len(body.nodes), count))
+    shapes = np.zeros((K.shape[0], count))
     shapes[free] = x[:, order]
     return np.sqrt(omega2[order]) / (2 * np.pi), shapes
 

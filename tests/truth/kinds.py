@@ -17,7 +17,11 @@ PAIRS = (
 )  # fmt: skip
 ABSENT = ("tuned_absorber", "sudden_crack", "stick_slip", "intermittent_touch")
 TWINS = {
-    "large_amplitude|stiffness_drift": {"snr": (20, 26), "damping": (0.04, 0.06), "markers": (3, 5)},
+    "large_amplitude|stiffness_drift": {
+        "snr": (20, 26),
+        "damping": (0.04, 0.06),
+        "markers": (3, 5),
+    },
     "added_mass|graded_stiffness": {"snr": (28, 34), "markers": (3, 4), "takes": 1},
     "contact|asymmetric_stiffness": {"snr": (20, 28), "gapless": True, "release": "pull"},
     "relaxation|base_motion": {"markers": (2, 4), "support": 0.0, "snr": (20, 30), "cluster": True},

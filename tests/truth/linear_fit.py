@@ -7,13 +7,18 @@ import numpy as np
 from scipy.optimize import least_squares
 
 
-def leftover(time, values, frequency, ratio, shapes=None) -> np.ndarray:
-    """Residual (T, C) after the best sum of damped modes.
+def leftover(time, values, frequency, ratio, shapes=None) -> float:
+    """RMS that the best sum of damped modes leaves of `values` (T, C), offsets free.
 
-    values (T, C); starting frequency (m,) Hz and damping ratio (m,). With `shapes` (C, m) the
-    frequencies keep their proportions and every mode its shape, as in a model with one free modulus.
+    Starting frequency (m,) Hz and damping ratio (m,). With `shapes` (C, m) the frequencies keep
+    their proportions and every mode its shape, as in a model with one free modulus.
     """
     count = len(frequency)
+    centred = values - values.mean(0)
+    scale = np.sqrt(np.mean(centred**2)) + 1e-300
+    if shapes is not None:
+        shapes = shapes / np.abs(shapes).max(0)
+    few, shapes, lost = compress(centred / scale, shapes)
 
     def poles(p):
         f = frequency * np.exp(p[:count] if shapes is None else p[0])
@@ -22,27 +27,39 @@ def leftover(time, values, frequency, ratio, shapes=None) -> np.ndarray:
 
     def residual(p):
         wave = np.exp(np.outer(time, poles(p)))
-        if shapes is None:
-            basis = np.hstack([np.ones((len(time), 1)), wave.real, wave.imag])
-            return values - basis @ np.linalg.lstsq(basis, values, rcond=None)[0]
-        return locked(values, wave, shapes)
+        wave = np.hstack([wave.real, wave.imag])
+        wave = wave - wave.mean(0)
+        return free(few, wave) if shapes is None else locked(few, wave, shapes)
 
-    size = count + (count if shapes is None else 1)
-    scale = np.sqrt(np.mean((values - values.mean(0)) ** 2)) + 1e-300
+    start = np.zeros(count + (count if shapes is None else 1))
     fit = least_squares(
-        lambda p: (residual(p) / scale).ravel(), np.zeros(size), bounds=(-1.2, 1.2), max_nfev=25
-    )
-    return residual(fit.x)
+        lambda p: residual(p).ravel(), start, method="lm", ftol=1e-4, xtol=1e-4,
+        max_nfev=12 * (len(start) + 1),
+    )  # fmt: skip
+    return float(scale * np.sqrt((np.sum(residual(fit.x) ** 2) + lost) / values.size))
+
+
+def compress(values, shapes) -> tuple:
+    """Channels turned to a few that hold nearly all, the shapes with them, and the energy lost."""
+    side = values if shapes is None else np.vstack([values, 1e3 * shapes.T])
+    _, _, V = np.linalg.svd(side, full_matrices=False)
+    V = V[:10].T
+    few = values @ V
+    lost = max(np.sum(values**2) - np.sum(few**2), 0.0)
+    return few, None if shapes is None else V.T @ shapes, lost
+
+
+def free(values, wave) -> np.ndarray:
+    """Residual with every shape free."""
+    Q, _ = np.linalg.qr(wave)
+    return values - Q @ (Q.T @ values)
 
 
 def locked(values, wave, shapes) -> np.ndarray:
-    """Residual with fixed shapes: the offsets drop out by taking means."""
-    centred = values - values.mean(0)
-    wave = wave - wave.mean(0)
-    parts = [wave.real, wave.imag]
-    basis = np.stack([p[:, None, k] * shapes[None, :, k] for p in parts for k in range(p.shape[1])], -1)
-    flat = basis.reshape(-1, basis.shape[-1])
-    size = np.linalg.norm(flat, axis=0) + 1e-300
-    return centred - ((flat / size) @ np.linalg.lstsq(flat / size, centred.ravel(), rcond=None)[0]).reshape(
-        centred.shape
-    )
+    """Residual with fixed shapes, by the normal equations of the Kronecker basis."""
+    both = np.hstack([shapes, shapes])
+    gram = (wave.T @ wave) * (both.T @ both)
+    size = np.sqrt(np.diag(gram)) + 1e-300
+    right = np.sum(wave * (values @ both), axis=0)
+    part = np.linalg.lstsq(gram / np.outer(size, size), right / size, rcond=1e-10)[0] / size
+    return values - (wave * part) @ both.T

@@ -40,6 +40,7 @@ def make(kind: str, seed: int, folder, **given) -> dict:
     stage, planted, given = stand(kind, seed, rng, given)
     snr, ratio = loudness(rng, given)
     shot, strengths, sigma, error = tune(stage, planted, snr, ratio)
+    shot, error = trim(stage, planted, shot, sigma, error)
     truth = truth_of(kind, seed, stage, planted, strengths, shot, sigma, error)
     if kind == "mesh_stiffening":
         truth["elements"] = int(rng.integers(150, 400))
@@ -61,6 +62,8 @@ def stand(kind, seed, rng, given):
     needs = {}
     for name in names:
         needs |= NEEDS.get(name, {})
+    if kind.startswith("trap"):
+        needs |= {"release": ("pull", "knock") if kind != "trap:loss" else "pull"}
     needs |= kinds.TWINS.get(kind.split(":")[-1], {})
     choice = needs.get("objects", tuple(bodies.OBJECTS))
     name = given.get("object") or choice[(seed + kinds.number(kind)) % len(choice)]
@@ -138,22 +141,38 @@ def loudness(rng, given) -> tuple[float, float]:
 
 
 def error_of(stage, planted, shot) -> float:
-    """RMS (m or px) that the declared linear model leaves of a clean film."""
-    late = stage.before
-    values = shot.values[late:].reshape(len(shot.values) - late, -1)
-    values = values[:, : len(stage.markers) * shot.values.shape[2]]
-    time = shot.nominal[late:] - shot.nominal[late]
+    """RMS (m or px) that the declared linear model leaves of a clean film, for the effects' sake.
+
+    What it leaves of the same film without any effect (modes too many to fit) does not count.
+    """
+    modal = any(p.layer == "modal" for p in planted)
+    key = (modal, len(shot.values))
+    if any(p.name == "aliasing" for p in planted):
+        stage.without[key] = 0.0
+    if key not in stage.without:
+        stage.without[key] = left_of(stage, film.shoot(stage, [], []), modal, len(shot.values))
+    return float(np.sqrt(max(left_of(stage, shot, modal) ** 2 - stage.without[key] ** 2, 0.0)))
+
+
+def left_of(stage, shot, modal: bool, count=None) -> float:
+    """RMS (m or px) of what a fit of the strongest modes leaves."""
+    values = shot.values[stage.before : count, : len(stage.markers)]
+    values = values.reshape(len(values), -1)
+    time = shot.nominal[stage.before : count] - shot.nominal[stage.before]
     plain = film.model(stage, [])
     flat = np.array([seen(stage, shot, plain.at(n)) for n in stage.markers]).reshape(-1, plain.size)
     start, _ = scene.start_of(stage, plain)
     r = plain.size
     size = np.hypot(start[:r], start[r : 2 * r] / (2 * np.pi * plain.frequency))
     size = size * np.linalg.norm(flat, axis=0) * (plain.frequency < 0.5 * stage.fps)
-    strong = np.sort(np.argsort(size)[::-1][:4])
-    strong = strong[size[strong] > 0.01 * size.max()]
-    shapes = flat[:, strong] if any(p.layer == "modal" for p in planted) else None
-    left = linear_fit.leftover(time, values, plain.frequency[strong], plain.damping_ratio[strong], shapes)
-    return float(np.sqrt(np.mean(left**2)))
+    if not modal:  # free shapes: of two modes at one frequency the stronger will do
+        twin = np.abs(np.diff(plain.frequency)) < 2e-3 * plain.frequency[1:]
+        weaker = np.flatnonzero(twin) + (size[:-1][twin] > size[1:][twin])
+        size[weaker] = 0
+    strong = np.sort(np.argsort(size)[::-1][:6])
+    strong = strong[size[strong] > 0.003 * size.max()]
+    f, z = plain.frequency[strong], plain.damping_ratio[strong]
+    return linear_fit.leftover(time, values, f, z, flat[:, strong] if modal else None)
 
 
 def seen(stage, shot, motion) -> np.ndarray:
@@ -164,6 +183,22 @@ def seen(stage, shot, motion) -> np.ndarray:
     return rows @ motion
 
 
+def trim(stage, planted, shot, sigma: float, error: float):
+    """Stop filming where nothing is seen to move any more, as anybody would."""
+    values = shot.values[stage.before :, : len(stage.markers)]
+    third = len(values) // 3
+    while stage.frames > 100 and (values[-third:].std(0) ** 2).mean() < (2 * sigma) ** 2:
+        stage.frames = max(int(stage.frames * 0.85), 100)
+        values, third = values[: stage.frames], stage.frames // 3
+    whole = stage.before + stage.frames
+    if whole < len(shot.values):
+        shot.nominal, shot.time, shot.values = (
+            a[:whole] for a in (shot.nominal, shot.time, shot.values)
+        )
+        error = error_of(stage, planted, shot) if planted else error
+    return shot, error
+
+
 def tune(stage, planted, snr: float, ratio: float):
     """Strengths that leave `ratio` times the noise, by secant in the logarithm; else less noise."""
     strengths = [p.strength for p in planted]
@@ -172,16 +207,15 @@ def tune(stage, planted, snr: float, ratio: float):
     sigma = rms * 10 ** (-snr / 20)
     wanted = sigma * np.sqrt(ratio**2 - 1)
     if not planted:
-        return shot, strengths, sigma, 0.0
-    if not any(p.tunable or p.name == "lost_frames" for p in planted):
-        return shot, strengths, sigma, error_of(stage, planted, shot)
-    errors = []
+        return shot, strengths, sigma, left_of(stage, shot, False)
+    alone = {}
     for i, one in enumerate(planted):
-        strengths[i], error = tune_one(stage, one, wanted)
-        if one.tunable or one.name == "lost_frames":
-            errors.append(error)
+        strengths[i], alone[one.name] = tune_one(stage, one, wanted)
     shot = film.shoot(stage, planted, strengths)
-    sigma = min(max(min(errors) / np.sqrt(ratio**2 - 1), rms * 10**-2.5), rms * 0.1)
+    shot.facts["alone"] = alone
+    fitted = [alone[p.name] for p in planted if p.tunable or p.name == "lost_frames"]
+    if fitted:
+        sigma = min(max(min(fitted) / np.sqrt(ratio**2 - 1), rms * 10**-2.5), rms * 0.1)
     return shot, strengths, sigma, error_of(stage, planted, shot)
 
 
@@ -189,6 +223,8 @@ def tune_one(stage, one, wanted: float) -> tuple[float, float]:
     """Strength whose leftover (m or px) is near `wanted`, and the leftover."""
     s, power = one.strength, 1.0
     error = error_of(stage, [one], film.shoot(stage, [one], [s]))
+    if not np.isfinite(error):
+        raise ValueError(f"truth: {one.name} of strength {s} blows up.")
     for _ in range(3 if one.tunable else 0):
         if abs(np.log(max(error, 1e-30) / wanted)) < 0.15:
             break
@@ -288,6 +324,9 @@ def truth_of(kind, seed, stage, planted, strengths, shot, sigma, error) -> dict:
         "floor_tail": sigma / np.hypot(moved, sigma),
         "declared_error": error / spread(shot, stage),
         "ratio": float(np.hypot(error, sigma) / sigma),
+        "ratios": {
+            k: float(np.hypot(e, sigma) / sigma) for k, e in shot.facts.get("alone", {}).items()
+        },
         "dimensions": int(shot.values.shape[2]),
         "markers": len(stage.markers),
         "frames": stage.frames,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from . import forces, scene
+from . import forces, scene, solid
 from .film import Planted
 
 HAND = ("pull", "pull", "knock")
@@ -12,7 +12,7 @@ KNOCKED = {"damping": (0.012, 0.03), "release": "knock", "fps": "fast", "reach":
 NEEDS = {
     "large_amplitude": LONG,
     "dry_friction": {"damping": (0.01, 0.03)},
-    "air_drag": {"damping": (0.01, 0.03)},
+    "air_drag": {"damping": (0.01, 0.03), "amplitude": (0.1, 0.2), "release": HAND},
     "relaxation": {"release": ("pull", "pull", "gravity"), "damping": (0.015, 0.06)},
     "contact": {"release": "pull"},
     "asymmetric_stiffness": {"release": HAND},
@@ -79,7 +79,9 @@ def large_amplitude(rng, stage) -> Planted:
         row = row_of(stage, film.system, node)[mode]
         cubic = sign * k * s / far**2
         square = (2 * np.pi * film.system.frequency[mode]) ** 2
-        at_node = 3 / 8 * cubic * row**4 / square / row**2  # Duffing: per squared motion of the node
+        at_node = (
+            3 / 8 * cubic * row**4 / square / row**2
+        )  # Duffing: per squared motion of the node
         return {"shift_per_metre2": at_node / share_at(stage, film, node) ** 2, "form": str(form)}
 
     top = 2.0 if sign > 0 else 0.6
@@ -109,7 +111,8 @@ def asymmetric_stiffness(rng, stage) -> Planted:
 
 def contact(rng, stage) -> Planted:
     node, k, far = touch(stage, rng, 0.6)
-    gap, side = far * rng.uniform(0.25, 0.7), rng.choice([-1, 1])
+    near = (0.01, 0.05) if stage.needs.get("gapless") else (0.25, 0.7)
+    gap, side = far * rng.uniform(*near), rng.choice([-1, 1])
 
     def law(s):
         return lambda x: k * s * max(side * x - gap, 0.0) * side
@@ -136,17 +139,22 @@ def dry_friction(rng, stage) -> Planted:
 
 def air_drag(rng, stage) -> Planted:
     body = stage.body
-    area = scene.bodies.solid.area_vectors(body.nodes, body.faces)
-    skin = np.flatnonzero((np.linalg.norm(area, axis=1) > 0) & ~body.pinned)
+    area = solid.middle_areas(body.nodes, body.faces)
+    skin = body.faces[:, 4]
+    area, skin = area[~body.pinned[skin]], skin[~body.pinned[skin]]
     thick = body.weight / body.density / np.linalg.norm(area, axis=1).sum() * 4
     guess = body.density * thick / stage.amplitude
 
     def force(s, system):
         motion = system.basis.reshape(-1, 3, system.size)[skin].reshape(-1, system.size)
-        return forces.Drag(motion, area[skin], s * guess)
+        return forces.Drag(motion, area, s * guess)
 
     return Planted(
-        "air_drag", 0.05, (0.002, 1.0), lambda s, film: {"coefficient": s * guess}, force=force
+        "air_drag",
+        min(0.05, 1000 / guess),
+        (10 / guess, 3000 / guess),
+        lambda s, film: {"coefficient": s * guess},
+        force=force,
     )
 
 
@@ -195,9 +203,7 @@ def steady_drive(rng, stage) -> Planted:
 
     def force(s, system):
         a = s * stage.amplitude
-        return forces.Shaken(
-            system.basis.T @ inertia, lambda t: -a * w * w * np.sin(w * t + phase)
-        )
+        return forces.Shaken(system.basis.T @ inertia, lambda t: -a * w * w * np.sin(w * t + phase))
 
     def shift(s, t):
         return s * stage.amplitude * np.sin(w * t + phase)[:, None] * d

@@ -23,7 +23,9 @@ def stick_slip(rng, stage) -> Planted:
             40 * k,
         )
 
-    return Planted("stick_slip", 0.02, (0.001, 0.1), lambda s, film: {"force": s * k * far}, force=force)
+    return Planted(
+        "stick_slip", 0.02, (0.001, 0.1), lambda s, film: {"force": s * k * far}, force=force
+    )
 
 
 def sudden_crack(rng, stage) -> Planted:
@@ -61,9 +63,11 @@ def intermittent_touch(rng, stage) -> Planted:
     pace = 2 * np.pi / stage.period
 
     def force(s, system):
-        return forces.Touch(row_of(stage, system, node), s * k, 0.3 * s * k / pace, spells)
+        return forces.Touch(row_of(stage, system, node), s * k, 0.1 * s * k / pace, spells)
 
-    return Planted("intermittent_touch", 0.2, (0.01, 2.0), lambda s, film: {"spells": spells}, force=force)
+    return Planted(
+        "intermittent_touch", 0.15, (0.01, 0.8), lambda s, film: {"spells": spells}, force=force
+    )
 
 
 def tuned_absorber(rng, stage) -> Planted:
@@ -85,4 +89,6 @@ def tuned_absorber(rng, stage) -> Planted:
         frequency = np.append(plain.frequency, w / 2 / np.pi)
         return scene.reduced.System(basis, *grown, frequency, np.append(plain.damping_ratio, loss))
 
-    return Planted("tuned_absorber", 0.01, (0.0005, 0.2), lambda s, film: {"share": s}, system=system)
+    return Planted(
+        "tuned_absorber", 0.01, (0.0005, 0.2), lambda s, film: {"share": s}, system=system
+    )

@@ -18,7 +18,7 @@ NEEDS = {
         "release": "pull",
     },
     "aliasing": {"fps": "alias", "release": "knock", "reach": (0.3, 0.65), "damping": (0.008, 0.03),
-                 "markers": (5, 13)},
+                 "markers": (5, 13), "objects": ("bar", "strip", "bracket")},
     "clock": {"release": "gravity"},
     "exposure": {},
 }  # fmt: skip
@@ -145,13 +145,14 @@ def perspective(rng, stage) -> Planted:
         return new
 
     return Planted(
-        "perspective", 0.15, (0.03, 0.5), lambda s, film: {"distance": size / s}, film=change,
+        "perspective", 0.15, (0.05, 0.5), lambda s, film: {"distance": size / s}, film=change,
         layer="modal",
     )  # fmt: skip
 
 
 def aliasing(rng, stage) -> Planted:
     """A mode above half the frame rate: the scene does it, see `scene.rate`."""
+
     def facts(s, film):
         f = film.system.frequency
         above = f[(f > 0.5 * stage.fps) & (f < stage.limit)]
@@ -187,4 +188,6 @@ def exposure(rng, stage) -> Planted:
         new.values = np.mean([look(film, film.time + d) for d in inside], axis=0)
         return new
 
-    return Planted("exposure", 1.0, (1, 1), lambda s, film: {"share": part}, film=change, tunable=False)
+    return Planted(
+        "exposure", 1.0, (1, 1), lambda s, film: {"share": part}, film=change, tunable=False
+    )

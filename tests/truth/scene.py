@@ -37,6 +37,8 @@ class Scene:
     limit: float = 0.0  # Hz: modes above are left in peace by the release
     margin: float = 1.0  # how much longer to simulate than to film
     plain: tuple | None = None  # the system with no planted change of the body, once it is known
+    without: dict = field(default_factory=dict)  # what a linear fit leaves when nothing is planted
+    needs: dict = field(default_factory=dict)  # what the planted effects asked for
     pinhole: bool = False  # the case declares a pinhole camera
 
     @property
@@ -126,11 +128,11 @@ def pick(rng, body, low: float, high: float, off_centre: bool = False) -> int:
     return int(rng.choice(inside))
 
 
-def spread(rng, body, count: int) -> list:
-    """`count` markers over the free surface, the first at the free end."""
+def spread(rng, body, count: int, cluster=False) -> list:
+    """`count` markers over the free surface, the first at the free end; in a cluster, all there."""
     skin = places(body)
     chosen = [int(rng.choice(skin[body.height[skin] > 0.93]))]
-    heights = np.linspace(0.25, 1, max(count - 1, 1))[: count - 1]
+    heights = np.linspace(0.95 if cluster else 0.25, 1, max(count - 1, 1))[: count - 1]
     for h in heights:
         near = skin[abs(body.height[skin] - h) < 0.13]
         pool = np.setdiff1d(near, chosen)
@@ -143,7 +145,7 @@ def spread(rng, body, count: int) -> list:
 
 def rate(rng, body, wish) -> tuple[float, float]:
     """Frames a second, and the highest frequency (Hz) that the release excites."""
-    f = bodies.modes(body, 6)[0]
+    f = bodies.modes(body, 12)[0]
     usual = np.array([60.0, 100, 120, 200, 240])
     if wish == "alias":
         second = f[f > 2.2 * f[0]][0]
@@ -157,7 +159,7 @@ def rate(rng, body, wish) -> tuple[float, float]:
         usual = usual[:1]
     enough = usual[usual >= min(12 * f[0], usual[-1])]
     fps = float(rng.choice(enough))
-    return fps, 0.45 * fps
+    return fps, min(0.45 * fps, rng.uniform(7, 12) * f[0])  # fingers are soft and slow
 
 
 def falling(rng, body):
@@ -165,7 +167,8 @@ def falling(rng, body):
     gravity = -9.81 * body.swing + rng.normal(0, 0.3, 3)
     sag = respond_to(body, gravity)
     return bodies.tuned(
-        body, bodies.modes(body, 1)[0][0] * np.sqrt(max(1.0, sag / (body.size * rng.uniform(0.05, 0.1))))
+        body,
+        bodies.modes(body, 1)[0][0] * np.sqrt(max(1.0, sag / (body.size * rng.uniform(0.05, 0.1)))),
     ), gravity
 
 
@@ -195,7 +198,7 @@ def draw(rng, body, needs: dict) -> Scene:
     """A session on `body`; `needs` are what the planted effect cannot do without."""
     release = needs.get("release") or ["pull"] * 4 + ["knock"] * 3 + ["gravity"]
     release = release if isinstance(release, str) else str(rng.choice(release))
-    gravity, far = None, body.size * rng.uniform(0.04, 0.12)
+    gravity, far = None, body.size * rng.uniform(*needs.get("amplitude", (0.04, 0.12)))
     if release == "gravity":
         body, gravity = falling(rng, body)
         far = respond_to(body, gravity)
@@ -213,6 +216,7 @@ def draw(rng, body, needs: dict) -> Scene:
     start = before / fps if rng.random() < (0.75 if before else 0.5) else None
     return Scene(
         body, ratio, release, node, aim(rng, body, needs), far,
-        spread(rng, body, int(rng.integers(*needs.get("markers", (3, 13))))),
+        spread(rng, body, int(rng.integers(*needs.get("markers", (3, 13)))), needs.get("cluster")),
         held_markers(rng, body, needs), fps, frames, before, start, gravity=gravity, limit=limit,
+        needs=needs,
     )  # fmt: skip

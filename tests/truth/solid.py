@@ -30,7 +30,9 @@ def lattice(counts: tuple[int, int, int], keep=None) -> Lattice:
     axes = [np.linspace(0, 1, 2 * n + 1) for n in counts]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
     number = np.arange(grid[..., 0].size).reshape(grid.shape[:3])
-    corner = np.stack(np.meshgrid(*(np.arange(n) for n in counts), indexing="ij"), -1).reshape(-1, 3)
+    corner = np.stack(np.meshgrid(*(np.arange(n) for n in counts), indexing="ij"), -1).reshape(
+        -1, 3
+    )
     step = np.stack(np.meshgrid(*3 * [np.arange(3)], indexing="ij"), -1).reshape(-1, 3)
     at = 2 * corner[:, None] + step
     cells = number[at[..., 0], at[..., 1], at[..., 2]]
@@ -175,3 +177,8 @@ def area_vectors(nodes: np.ndarray, faces: np.ndarray) -> np.ndarray:
             area = WEIGHT[a] * WEIGHT[b] * np.cross(du, dv)
             np.add.at(out, faces, N[None, :, None] * area[:, None])
     return out
+
+
+def middle_areas(nodes: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """(F, 3) m2: outward area of each 9-node face, to be taken at its middle node."""
+    return np.array([area_vectors(nodes, face[None])[face].sum(0) for face in faces])
