@@ -40,8 +40,8 @@ def find_release(time: np.ndarray, signals: np.ndarray) -> tuple[float, float]:
     floor = np.maximum(noise_floor(time, signals), 1e-9 * np.nanstd(signals) + 1e-300)
     dt, even = evenly(time, signals)
     even = even / floor
-    period = _period(even)
-    energy = _energy(even, period)
+    lag, period = _period(even)
+    energy = _energy(even, lag, period)
     peak = int(np.argmax(energy))
     if energy[peak] < STANDS_OUT:
         raise RecordingError(
@@ -55,8 +55,11 @@ def find_release(time: np.ndarray, signals: np.ndarray) -> tuple[float, float]:
     return float(time[0] + first * dt), float(min(time[0] + last * dt, time[-1]))
 
 
-def _period(even: np.ndarray) -> int:
-    """Frames in a period of the strongest oscillation."""
+def _period(even: np.ndarray) -> tuple[int, int]:
+    """Frames in half a period of the strongest oscillation, and in a period or a beat.
+
+    Sampled near twice or four times a period, its squares beat: that long they must be averaged.
+    """
     speed = np.diff(even, axis=0)
     count = len(speed)
     window = np.hanning(count)[:, None]
@@ -64,20 +67,23 @@ def _period(even: np.ndarray) -> int:
     k = np.arange(len(power))
     power = power / (2 - 2 * np.cos(2 * np.pi * k / (4 * count)) + (2 / count) ** 2) ** 0.5
     power[:6] = 0  # less than two periods in the record
-    return max(2, round(4 * count / int(np.argmax(power))))
+    f = int(np.argmax(power)) / (4 * count)  # per frame
+    beat = max(abs(2 * f - round(2 * f)), 8 / count)
+    return max(1, round(0.5 / f)), max(2, round(1 / f), round(1 / beat))
 
 
-def _energy(even: np.ndarray, period: int) -> np.ndarray:
+def _energy(even: np.ndarray, lag: int, period: int) -> np.ndarray:
     """(T,) mean square speed over one period around each frame, over that of noise, less 1."""
-    half = max(1, period // 4)
+    before, after = lag // 2, lag - lag // 2
     speed = np.zeros_like(even)
-    speed[half:-half] = even[2 * half :] - even[: -2 * half]
+    speed[before : len(even) - after] = even[lag:] - even[:-lag]
     square = np.mean(speed**2, axis=1) / 2
     usual = median_filter(square, max(5, 3 * period // 2))
     square = np.minimum(square, GLITCH * np.maximum(usual, 1.0))
     kernel = np.ones(period) / period
     padded = np.pad(square, (period, period))
-    inside = np.convolve(np.pad(np.ones(len(square) - 2 * half), half + period), kernel, "same")
+    known = np.pad(np.ones(len(square) - lag), (before + period, after + period))
+    inside = np.convolve(known, kernel, "same")
     smooth = np.convolve(padded, kernel, "same")[period:-period]
     return smooth / np.maximum(inside[period:-period], 0.3) - 1
 

@@ -8,9 +8,9 @@ from .data import seal
 from .noise_floor import noise_floor
 from .pencil import evenly, shift_poles, signal_space
 
-SAME_FREQUENCY = 0.01  # relative, from one order to the next
-SAME_DAMPING = 0.2  # relative, with DAMPING_SLACK added
-DAMPING_SLACK = 0.002
+SAME_FREQUENCY = 0.005  # relative, from one order to the next
+SAME_DAMPING = 0.1  # relative, with DAMPING_SLACK added
+DAMPING_SLACK = 0.001
 
 
 @dataclass(frozen=True, eq=False)
