@@ -13,6 +13,7 @@ from core.data import Material, Surface, TetMesh
 from core.elasticity import assemble, hold
 from core.errors import CoreError
 from core.modes import solve_modes
+from core.pipeline import ELEMENT
 from core.tetrahedralize import tetrahedralize
 
 
@@ -21,12 +22,18 @@ def tell(fraction: float, text: str) -> None:
     sys.stdout.flush()
 
 
-def stiffening(mesh: TetMesh, surface: Surface, pinned: np.ndarray, poisson_ratio: float) -> float:
-    """How much higher than quadratic tetrahedra the linear ones ring, relative frequency."""
-    stuff = Material(1000.0, poisson_ratio)  # the density scales both alike
+HIGHER = {"p1": "p2", "p1_smoothed": "p2", "p2": "p3"}  # one order up: next to the true pitch
+
+
+def too_high(mesh: TetMesh, surface: Surface, pinned: np.ndarray, stuff: tuple) -> float:
+    """How much higher this mesh rings than with elements one order up, relative frequency.
+
+    `stuff`: Poisson ratio and element; the density scales both alike.
+    """
+    material, element = Material(1000.0, stuff[0]), stuff[1]
     pitch = [
-        solve_modes(hold(assemble(mesh, stuff, element), surface, pinned), 1).frequency[0]
-        for element in ("p1", "p2")
+        solve_modes(hold(assemble(mesh, material, one), surface, pinned), 1).frequency[0]
+        for one in (element, HIGHER[element])
     ]
     return float(pitch[0] / pitch[1] - 1)
 
@@ -35,13 +42,13 @@ def main(folder: Path) -> int:
     with np.load(folder / "surface.npz") as given:
         surface = Surface(given["vertices"], given["faces"])
         pinned, elements = given["pinned"], int(given["elements"])
-        poisson_ratio = float(given["poisson_ratio"])
+        stuff = float(given["poisson_ratio"]), str(given["element"]) or ELEMENT
     try:
         mesh, told = tetrahedralize(
             surface, elements, progress=lambda fraction, text: tell(0.8 * fraction, text)
         )
         tell(0.8, "ringing it once")
-        excess = stiffening(mesh, surface, pinned, poisson_ratio) if pinned.any() else np.nan
+        excess = too_high(mesh, surface, pinned, stuff) if pinned.any() else np.nan
     except CoreError as error:
         sys.stderr.write(f"{error}\n")
         return 2
@@ -50,7 +57,7 @@ def main(folder: Path) -> int:
         nodes=mesh.nodes,
         tets=mesh.tets,
         quality=told.worst_quality,
-        stiffening=excess,
+        too_high=excess,
     )
     tell(1.0, f"{told.tets} tetrahedra")
     return 0

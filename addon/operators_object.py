@@ -105,8 +105,9 @@ class RINGDOWN_OT_cage(running.Running, bpy.types.Operator):
             pinned=read.pinned(obj, depsgraph),
             elements=obj.ringdown.elements,
             poisson_ratio=decimal(obj.ringdown.material.poisson_ratio),
+            element=running.element(),
         )
-        return job.Job([str(CHILD), str(folder)], folder, running.threads())
+        return job.Job(["-P", str(CHILD), str(folder)], folder, running.threads())
 
     def finish(self, context, obj, folder: Path) -> None:
         with np.load(folder / "surface.npz") as file:
@@ -123,9 +124,9 @@ def write_cage(obj: bpy.types.Object, surface: Surface, found: dict) -> None:
     facts.cage = keep.pack(nodes=found["nodes"], tets=found["tets"], of=surface.vertices)
     facts.cage_look = ready.look(obj)
     line = f"{len(found['tets']):,} tetrahedra, worst quality {float(found['quality']):.2f}"
-    excess = float(found["stiffening"])
+    excess = float(found["too_high"])
     if np.isfinite(excess):
-        line += f"\nThis mesh rings {excess:.0%} too high; calibration takes it out"
+        line += f"\nThis mesh rings {max(excess, 0):.1%} too high; calibration takes it out"
     facts.cage_says = line
 
 

@@ -7,11 +7,13 @@ import bpy
 import numpy as np
 
 from ..core.bake import load_motion, save_motion
+from ..core.data import TetMesh
 from ..core.errors import CoreError
+from ..core.tets import key, save_tets
 from . import folder as case_folder
 from . import job, keep, ready, running
 
-SURFACE = "surface.npz"
+SURFACE, TETS = "surface.npz", "tets.npz"
 
 
 class RINGDOWN_OT_calibrate(running.Running, bpy.types.Operator):
@@ -44,12 +46,13 @@ def use_cage(obj: bpy.types.Object, surface, folder: Path) -> None:
         return
     cage = keep.unpack(facts.cage)
     if np.array_equal(cage["of"], surface.vertices):
-        np.savez(folder / "tets.npz", nodes=cage["nodes"], tets=cage["tets"])
+        mesh = TetMesh(cage["nodes"], cage["tets"])
+        save_tets(folder / TETS, mesh, key(surface, obj.ringdown.elements))
 
 
 def options() -> list[str]:
-    mine = running.settings()
-    return ["--element", mine.element] if mine and mine.element != "AUTO" else []
+    element = running.element()
+    return ["--element", element] if element else []
 
 
 def write_result(obj: bpy.types.Object, folder: Path) -> None:

@@ -209,7 +209,7 @@ class RINGDOWN_PG_object(bpy.types.PropertyGroup):
     elements: IntProperty(
         name="Tetrahedra",
         description="How finely the body is cut. More is truer and slower",
-        default=4000,
+        default=1500,
         min=100,
         max=200_000,
         soft_min=500,

@@ -156,6 +156,12 @@ def threads() -> int:
     return mine.threads if mine else 0
 
 
+def element() -> str:
+    """The preferred element; empty: what the calibration takes by itself."""
+    mine = settings()
+    return mine.element if mine and mine.element != "AUTO" else ""
+
+
 def end_all() -> None:
     """For the extension's end: no child outlives it."""
     if NOW.child:
