@@ -34,6 +34,8 @@ class Box:
 
         Source: T. Akenine-Moeller, Fast 3D triangle-box overlap testing, JGT 6(1), 2001.
         """
+        if self.contains(surface.vertices[surface.faces]).any():
+            return True
         half = (self.max - self.min) / 2 + self.hair
         corner = surface.vertices[surface.faces] - (self.min + self.max) / 2  # (F, 3, 3)
         edge = np.roll(corner, -1, axis=1) - corner
@@ -82,8 +84,11 @@ class Vertices:
         """(n,) bool: which of `points` (n, 3) m are held."""
         x = np.asarray(points, float)
         away = cKDTree(self.patch.vertices[self.indices]).query(x)[0]
-        if len(self.patch.faces) and len(x):
-            away = np.minimum(away, closest_point(self.patch, x)[2])
+        corner = self.patch.vertices[self.patch.faces]
+        longest = np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).max(initial=0)
+        near = np.flatnonzero((away > self.hair) & (away <= longest + self.hair))
+        if len(near) and longest > 0:  # further than an edge from all corners is off the patch
+            away[near] = np.minimum(away[near], closest_point(self.patch, x[near])[2])
         return away <= self.hair
 
     def meets(self, surface: Surface) -> bool:
@@ -122,25 +127,33 @@ def held_vertices(surface: Surface, regions: tuple[Region, ...]) -> np.ndarray:
                 f"reaches from {_place(low)} to {_place(high)} m. Move the region, or check "
                 "length_unit."
             )
-    everywhere = np.concatenate([surface.vertices, spread(surface)])
-    held = np.logical_or.reduce([region.contains(everywhere) for region in regions])
-    count = len(surface.vertices)
-    if held[count:].all() and held[np.unique(surface.faces)].all():
+    held = np.zeros(len(surface.vertices), bool)
+    covered = np.zeros(len(surface.faces), bool)
+    points = spread(surface)  # (F, w, 3)
+    covering = np.zeros(points.shape[:2], bool)
+    for region in regions:
+        if isinstance(region, Vertices):  # exact and quick: no search for the nearest triangle
+            held[region.indices] = True
+            covered |= np.isin(surface.faces, region.indices).all(axis=1)
+        else:
+            held |= region.contains(surface.vertices)
+            covering |= region.contains(points)
+    if (covered | covering.all(axis=1)).all() and held[np.unique(surface.faces)].all():
         raise CaseError(
             "[[pin]]: the whole surface is held, nothing is left to move. Make the regions "
             "smaller, or check length_unit."
         )
-    return held[:count]
+    return held
 
 
 def spread(surface: Surface) -> np.ndarray:
-    """Points (n, 3) m on a regular grid inside each triangle: at least 20,000 in all."""
+    """Points (F, w, 3) m on a regular grid inside each triangle: about 20,000 in all, or F."""
     order = int(np.clip(np.sqrt(40_000 / len(surface.faces)), 1, 60))
     i, j = np.divmod(np.arange(order * order), order)
     i, j = i[i + j < order], j[i + j < order]
     u, v = (i + 1 / 3) / order, (j + 1 / 3) / order
     weight = np.stack([1 - u - v, u, v], axis=1)
-    return np.einsum("wc,fcx->fwx", weight, surface.vertices[surface.faces]).reshape(-1, 3)
+    return np.einsum("wc,fcx->fwx", weight, surface.vertices[surface.faces])
 
 
 def _place(x: np.ndarray) -> str:
