@@ -198,3 +198,39 @@ def _orthonormal(block, M, Q, MQ) -> np.ndarray:
         keep = values > 1e-14 * values[-1]
         block = block @ (vectors[:, keep] / np.sqrt(values[keep]))
     return block
+
+
+def improved_eigenpairs(
+    K: sparse.csr_matrix,
+    M: sparse.csr_matrix,
+    x: np.ndarray,
+    precondition: Callable[[np.ndarray], np.ndarray],
+    *,
+    steps: int,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues (m,) and vectors (n, m) from good guesses x (n, m), lower with every step.
+
+    Source: Knyazev, Toward the optimal preconditioned eigensolver (LOBPCG), SISC 23 (2001).
+    """
+    values, x, _ = _rayleigh_ritz(K, M, x, x.shape[1])
+    step = np.empty((len(x), 0))
+    for _ in range(steps):
+        residual = K @ x - (M @ x) * values
+        trial = np.column_stack([x, precondition(residual), step])
+        values, best, y = _rayleigh_ritz(K, M, trial, x.shape[1])
+        step = trial[:, x.shape[1] :] @ y[x.shape[1] :]
+        x = best
+    return values, x
+
+
+def _rayleigh_ritz(K, M, S, count):
+    """Lowest `count` Ritz values, vectors, and their coefficients in the columns of S."""
+    size = 1 / np.sqrt(np.maximum(np.einsum("nk,nk->k", S, M @ S), 1e-300))
+    gram = (S.T @ (M @ S)) * np.outer(size, size)
+    values, vectors = np.linalg.eigh((gram + gram.T) / 2)
+    keep = values > 1e-12 * values[-1]
+    basis = size[:, None] * vectors[:, keep] / np.sqrt(values[keep])
+    reduced = basis.T @ (S.T @ (K @ S)) @ basis
+    ritz, y = np.linalg.eigh((reduced + reduced.T) / 2)
+    coefficients = basis @ y[:, :count]
+    return ritz[:count], S @ coefficients, coefficients

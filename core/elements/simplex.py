@@ -11,6 +11,9 @@ import numpy as np
 from scipy import sparse
 from scipy.special import roots_jacobi
 
+from ..data import TetMesh
+from .element import Element, Matrices
+
 EDGES = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])  # corners, in this order always
 
 
@@ -29,6 +32,15 @@ def tet_edges(tets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     count = int(tets.max()) + 1
     key, where = np.unique(pairs[:, 0] * count + pairs[:, 1], return_inverse=True)
     return np.column_stack(np.divmod(key, count)), where.reshape(-1, 6)
+
+
+def tet_faces(tets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The triangles (F, 3), each once, ascending, and those opposite each corner of tets (T, 4)."""
+    corners = np.sort(tets[:, [(1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2)]].reshape(-1, 3), axis=1)
+    count = int(tets.max()) + 1
+    key = (corners[:, 0] * count + corners[:, 1]) * count + corners[:, 2]
+    _, first, where = np.unique(key, return_index=True, return_inverse=True)
+    return corners[first], where.reshape(-1, 4)
 
 
 def quadrature(dimension: int, degree: int) -> tuple[np.ndarray, np.ndarray]:
@@ -102,3 +114,27 @@ def each_axis(scalar: sparse.csr_matrix, d: int = 3) -> sparse.csr_matrix:
     out = sparse.bsr_matrix((blocks, scalar.indices, scalar.indptr), shape).tocsr()
     out.eliminate_zeros()
     return out
+
+
+def assemble_lagrange(
+    mesh: TetMesh, element: Element, points: np.ndarray, scale: np.ndarray
+) -> Matrices:
+    """Matrices of an element with straight edges, from integrals over one reference tetrahedron.
+
+    D_ab = Σ_kl V ∇L_k ⊗ ∇L_l R_abkl with R_abkl = ∫ ∂N_a/∂L_k ∂N_b/∂L_l / V.
+    """
+    where, count = element.cells(mesh), len(points)
+    bary, weight = quadrature(3, 2 * element.degree)
+    N, dN = element.basis(bary)
+    k = N.shape[1]
+    table = np.einsum("q,qak,qbl->klab", weight, dN, dN).reshape(16, k * k)
+    volume, g = gradients(mesh.nodes, mesh.tets)
+
+    def product(i: int, j: int) -> np.ndarray:
+        metric = (scale * volume)[:, None, None] * g[:, :, None, i] * g[:, None, :, j]
+        return metric.reshape(-1, 16) @ table
+
+    D = gradient_products(where, count, product)
+    masses = np.einsum("q,qa,qb->ab", weight, N, N)
+    mass = scalar_matrix(where, count, volume[:, None, None] * masses)
+    return Matrices(points, shear_of(D), D.tocsr(), each_axis(mass))

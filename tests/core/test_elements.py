@@ -157,7 +157,7 @@ def test_gradients_of_barycentric_coordinates_are_those_of_linear_functions():
 
 
 def test_an_unknown_element_and_a_negative_scale_are_refused():
-    with pytest.raises(DataError, match='"p3"'):
-        assemble(MESH, FOAM, "p3")
+    with pytest.raises(DataError, match='"p4"'):
+        assemble(MESH, FOAM, "p4")
     with pytest.raises(DataError, match="above 0"):
         assemble(MESH, FOAM, "p1", stiffness_scale=np.full(len(MESH.tets), -1.0))
