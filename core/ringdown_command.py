@@ -10,14 +10,15 @@ from .errors import RecordingError
 from .harmonic_inversion import fit_poles, invert
 from .magnify import magnify_mode
 from .report import write_ringdown
+from .ringdown import find_release
 from .track import Tracks, track
 from .track_clarity import clarity, commotion
 from .track_points import pick_points
-from .video import Video, open_video
+from .video import FEWEST_FRAMES, Video, open_video
 
 CHANNELS = 8  # that the modes are read from, the clearest; more tell the same again
 CLEAR = 0.1  # of the clearest channel: what is seen less clearly only adds noise
-ONSET = 0.25  # of the greatest kinetic energy: the ring-down has begun
+MOST_MODES = 8
 PERIODS = 2.0  # of the strongest mode that a clip must hold
 FOLDED = 0.2  # of the frame rate: a mode seen above it may be a fold of a higher one
 FOLDS = 3  # multiples of the frame rate about which such modes are sought
@@ -32,6 +33,7 @@ class VideoModes:
     tracks: Tracks
     ringdown: RingDown  # the channels are u and v of every point
     channels: np.ndarray  # indices of the channels that the poles were read from
+    stop: float  # s, the end of the free motion; it begins at ringdown.t0
     warnings: tuple[str, ...] = ()
 
     def __post_init__(self):
@@ -94,16 +96,18 @@ def video_modes(clip: Video, capture_fps: float, points=None, progress=None) -> 
         )
     order = np.argsort(-clear, kind="stable")[:CHANNELS]
     channels = order[clear[order] > CLEAR * clear[order[0]]]
-    onset = _onset(tracks.time, flat[:, channels])
-    found = invert(tracks.time, flat[:, channels], t0=onset)
-    _check_modes(clip, found, tracks.time[-1] - onset)
-    after = tracks.time >= onset
+    start, stop = find_release(tracks.time, flat[:, channels])
+    free = (tracks.time >= start - 1e-9) & (tracks.time <= stop + 1e-9)
+    time = tracks.time[free]
+    found = invert(time, flat[free][:, channels], max_modes=MOST_MODES)
+    _check_modes(clip, found, np.ptp(time))
+    enough = np.isfinite(flat[free]).sum(axis=0) >= FEWEST_FRAMES
     everywhere = fit_poles(
-        tracks.time[after], flat[after], found.frequency, found.damping_ratio, fit=False
+        time, flat[free][:, enough], found.frequency, found.damping_ratio, fit=False
     )
-    everywhere = _in_the_order_of(found, everywhere)
+    everywhere = _in_the_order_of(found, everywhere, enough)
     warnings = tracks.warnings + found.warnings + _senseless(found, clip, capture_fps)
-    return VideoModes(tracks, everywhere, channels, warnings)
+    return VideoModes(tracks, everywhere, channels, stop, warnings)
 
 
 def ringdown_json(modes: VideoModes, capture_fps: float) -> dict:
@@ -151,20 +155,6 @@ def _well_seen(tracks: Tracks) -> Tracks:
     )
 
 
-def _onset(time: np.ndarray, flat: np.ndarray) -> float:
-    """s, when the clip's motion begins: its kinetic energy over a period reaches `ONSET`.
-
-    Energy, and not displacement: a body held aside is still, however far aside.
-    """
-    speed = np.diff(flat, axis=0) / np.diff(time)[:, None]
-    energy = np.nansum((speed / np.nanstd(flat, axis=0)) ** 2, axis=1)
-    power = np.abs(np.fft.rfft(energy - energy.mean())) ** 2
-    window = int(np.clip(2 * len(energy) / max(np.argmax(power[1:]) + 1, 1), 3, len(energy) // 4))
-    smooth = np.convolve(energy, np.ones(window) / window, mode="valid")
-    begun = int(np.argmax(smooth >= ONSET * smooth.max()))
-    return float(time[begun + window // 2 if begun else 0])
-
-
 def _check_modes(clip: Video, found: RingDown, seconds: float) -> None:
     if not len(found.frequency):
         raise RecordingError(
@@ -179,19 +169,20 @@ def _check_modes(clip: Video, found: RingDown, seconds: float) -> None:
         )
 
 
-def _in_the_order_of(found: RingDown, everywhere: RingDown) -> RingDown:
-    """`found` with the amplitudes that `everywhere` gives to the same poles in more channels."""
+def _in_the_order_of(found: RingDown, everywhere: RingDown, enough: np.ndarray) -> RingDown:
+    """`found` with the amplitudes that `everywhere` gives the same poles in the channels `enough`.
+
+    The other channels, seen too rarely, get none.
+    """
     apart = np.abs(found.frequency[:, None] - everywhere.frequency)
     apart += found.frequency[:, None] * np.abs(
         found.damping_ratio[:, None] - everywhere.damping_ratio
     )
-    return replace(
-        found,
-        amplitude=everywhere.amplitude[np.argmin(apart, axis=1)],
-        offset=everywhere.offset,
-        noise=everywhere.noise,
-        t0=everywhere.t0,
-    )
+    amplitude = np.zeros((len(found.frequency), len(enough)), complex)
+    amplitude[:, enough] = everywhere.amplitude[np.argmin(apart, axis=1)]
+    offset, noise = np.zeros(len(enough)), np.zeros(len(enough))
+    offset[enough], noise[enough] = everywhere.offset, everywhere.noise
+    return replace(found, amplitude=amplitude, offset=offset, noise=noise, t0=everywhere.t0)
 
 
 def _senseless(found: RingDown, clip: Video, capture_fps: float) -> tuple[str, ...]:

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 
 from .files import written_whole
-from .harmonic_inversion import fit_poles
+from .stabilization import stabilization
 from .video import Video, frame_at
 
-ORDERS = 4  # further orders in the stabilization diagram
+ORDERS = 24  # highest one in the stabilization diagram
 
 
 def plot_video_modes(modes, clip: Video, path: str | Path) -> None:
@@ -46,7 +46,7 @@ def _motion(axes, modes) -> None:
     tracks, found = modes.tracks, modes.ringdown
     best = modes.channels[0]
     flat = tracks.values.reshape(len(tracks.time), -1)
-    after = tracks.time >= found.t0
+    after = (tracks.time >= found.t0) & (tracks.time <= modes.stop)
     middle = found.offset[best]
     axes.plot(tracks.time, flat[:, best] - middle, color="C0", lw=0.7, label="tracked")
     fitted = found.predict(tracks.time[after])[:, best] - middle
@@ -73,17 +73,13 @@ def _spectrum(axes, modes) -> None:
 def _stability(axes, modes) -> None:
     """Poles against the model's order: what is a mode stays, what is noise wanders."""
     tracks, found = modes.tracks, modes.ringdown
-    after = tracks.time >= found.t0
-    flat = tracks.values.reshape(len(tracks.time), -1)[after][:, modes.channels]
-    time, m = tracks.time[after], len(found.frequency)
-    rng = np.random.default_rng(0)
-    highest = 0.5 / np.median(np.diff(time))
-    for order in range(1, m + ORDERS + 1):
-        start = np.concatenate([found.frequency, rng.uniform(0.05, 0.95, ORDERS) * highest])[:order]
-        ratio = np.concatenate([found.damping_ratio, np.full(ORDERS, 0.01)])[:order]
-        fit = fit_poles(time, flat, start, ratio)
-        stays = np.array([np.min(np.abs(f / found.frequency - 1)) < 0.01 for f in fit.frequency])
-        axes.plot(fit.frequency[stays], np.full(stays.sum(), order), "o", color="C0")
-        axes.plot(fit.frequency[~stays], np.full((~stays).sum(), order), "x", color="0.6")
-    axes.set(title="poles, by the number of modes allowed", xlabel="frequency, Hz", ylabel="modes")
-    axes.set_xlim(0, highest)
+    free = (tracks.time >= found.t0) & (tracks.time <= modes.stop)
+    flat = tracks.values.reshape(len(tracks.time), -1)[free][:, modes.channels]
+    poles = stabilization(tracks.time[free], flat, ORDERS)
+    for stays, look in ((False, {"marker": "x", "color": "0.6"}), (True, {"color": "C0"})):
+        which = poles.stable == stays
+        axes.scatter(poles.frequency[which], poles.order[which], s=14, **look)
+    for frequency in found.frequency:
+        axes.axvline(frequency, color="k", lw=0.5, ls=":")
+    axes.set(title="poles; dots stay from order to order", xlabel="frequency, Hz", ylabel="order")
+    axes.set_xlim(0, 0.5 / np.median(np.diff(tracks.time)))
