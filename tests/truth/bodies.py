@@ -158,7 +158,8 @@ def bar(rng, symmetric: bool = False, fine: int = 1) -> Body:
     size = length * np.array([1, side * (1 if symmetric else flat), side])
     body = build(
         "bar", lambda u: size * (u - [0, 0.5, 0.5]), (13 * fine, 3 * fine, 3 * fine),
-        crowded=(1.3, 1, 1), axis=[1, 0, 0], swing=[0, 0, 1], surface_counts=(16, 2, 2), **stuff(rng),
+        crowded=(1.3, 1, 1), axis=[1, 0, 0], swing=[0, 0, 1],
+        surface_counts=(16, 2, 2), **stuff(rng),
     )  # fmt: skip
     return tuned(body, rng.uniform(2.5, 9))
 
@@ -173,8 +174,8 @@ def pudding(rng, symmetric: bool = False, fine: int = 1) -> Body:
         return np.hstack([radius * disc(2 * u[:, :2] - 1), height * u[:, 2:]])
 
     body = build(
-        "pudding", maps, (4 * fine, 4 * fine, 5 * fine), crowded=(1, 1, 1.35), axis=[0, 0, 1], swing=[1, 0, 0],
-        surface_counts=(9, 9, 7), **stuff(rng),
+        "pudding", maps, (4 * fine, 4 * fine, 5 * fine), crowded=(1, 1, 1.35), axis=[0, 0, 1],
+        swing=[1, 0, 0], surface_counts=(9, 9, 7), **stuff(rng),
     )  # fmt: skip
     return tuned(body, rng.uniform(3, 9))
 
@@ -186,7 +187,8 @@ def strip(rng, symmetric: bool = False, fine: int = 1) -> Body:
     size = length * np.array([thick, wide, 1])
     body = build(
         "strip", lambda u: size * (u - [0.5, 0.5, 1]), (2 * fine, 3 * fine, 15 * fine),
-        crowded=(1, 1, -1.3), axis=[0, 0, -1], swing=[1, 0, 0], surface_counts=(2, 4, 22), **stuff(rng),
+        crowded=(1, 1, -1.3), axis=[0, 0, -1], swing=[1, 0, 0],
+        surface_counts=(2, 4, 22), **stuff(rng),
     )  # fmt: skip
     return tuned(body, rng.uniform(2, 6))
 
@@ -202,7 +204,8 @@ def bracket(rng, symmetric: bool = False, fine: int = 1) -> Body:
 
     body = build(
         "bracket", lambda u: size * (u - [0, 0.5, 0]), tuple(counts), axis=[0, 0, 1],
-        swing=[0, 1, 0] if rng.random() < 0.5 else [1, 0, 0], path=[1, 0, 1], keep=keep, **stuff(rng),
+        swing=[0, 1, 0] if rng.random() < 0.5 else [1, 0, 0], path=[1, 0, 1], keep=keep,
+        **stuff(rng),
     )  # fmt: skip
     return tuned(body, rng.uniform(2, 7))
 
@@ -218,8 +221,8 @@ def jelly(rng, symmetric: bool = False, fine: int = 1) -> Body:
         return np.hstack([narrow * section * disc(2 * u[:, :2] - 1), height * u[:, 2:]])
 
     body = build(
-        "jelly", maps, (4 * fine, 4 * fine, 8 * fine), crowded=(1, 1, 1.3), axis=[0, 0, 1], swing=[1, 0, 0],
-        surface_counts=(8, 8, 13), **stuff(rng),
+        "jelly", maps, (4 * fine, 4 * fine, 8 * fine), crowded=(1, 1, 1.3), axis=[0, 0, 1],
+        swing=[1, 0, 0], surface_counts=(8, 8, 13), **stuff(rng),
     )  # fmt: skip
     return tuned(body, rng.uniform(2.5, 8))
 

@@ -1,7 +1,7 @@
 """Physical forces at nodes, in reduced coordinates. Each is -(something) against the motion.
 
-`row` (r,) is the motion of a node in one direction: its displacement is row . q, and a force F there
-does the generalized work row * F.
+`row` (r,) is the motion of a node in one direction: its displacement is row . q, and a
+force F there does the generalized work row * F.
 """
 
 from dataclasses import dataclass, field

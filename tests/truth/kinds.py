@@ -47,7 +47,7 @@ def number(kind: str) -> int:
 
 
 def cases(subset: str = "quick", seed: int = 1, kinds=KINDS) -> list:
-    """(kind, seed): "quick" one of each, "whole" 4 of each effect, 20 nulls and 10 or so of the rest.
+    """(kind, seed): "quick" one of each, "whole" 4 of each effect, 20 nulls and 10 of the rest.
 
     Consecutive seeds of one kind take consecutive objects.
     """

@@ -32,8 +32,11 @@ def leftover(time, values, frequency, ratio, shapes=None) -> float:
         return free(few, wave) if shapes is None else locked(few, wave, shapes)
 
     start = np.zeros(count + (count if shapes is None else 1))
+    tie = np.full(len(start), 1 / 0.15)  # a mode may not wander off and turn into something else
+    tie[-count:] = 1 / 0.5
+    tie *= 0.03 * np.sqrt(values.size)
     fit = least_squares(
-        lambda p: residual(p).ravel(), start, method="lm", ftol=1e-4, xtol=1e-4,
+        lambda p: np.append(residual(p).ravel(), tie * p), start, method="lm", ftol=1e-4, xtol=1e-4,
         max_nfev=12 * (len(start) + 1),
     )  # fmt: skip
     return float(scale * np.sqrt((np.sum(residual(fit.x) ** 2) + lost) / values.size))

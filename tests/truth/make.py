@@ -9,8 +9,19 @@ from pathlib import Path
 
 import numpy as np
 
-from . import bodies, camera, film, kinds, linear_fit, scene, write
-from . import plant, plant_absent, plant_body, plant_camera  # isort: skip
+from . import (
+    bodies,
+    camera,
+    film,
+    kinds,
+    linear_fit,
+    plant,
+    plant_absent,
+    plant_body,
+    plant_camera,
+    scene,
+    write,
+)
 
 MODULES = (plant, plant_absent, plant_body, plant_camera)
 NEEDS = {name: needs for module in MODULES for name, needs in module.NEEDS.items()}
@@ -31,7 +42,7 @@ def effect(name: str):
 
 
 def make(kind: str, seed: int, folder, **given) -> dict:
-    """Write the case of `kind` and `seed` in `folder`; return the truth, which is not written there.
+    """Write the case of `kind` and `seed` in `folder`; return the truth, which is not there.
 
     `given`: object= a name of bodies.OBJECTS, flat= True for 2-D, snr= dB, ratio= declared error
     over the noise floor, takes= 1 for a single take.

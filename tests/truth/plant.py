@@ -210,7 +210,8 @@ def steady_drive(rng, stage) -> Planted:
 
     return Planted(
         "steady_drive", 0.03, (0.0005, 0.5),
-        lambda s, film: {"frequency": f, "amplitude": s * stage.amplitude}, force=force, shift=shift,
+        lambda s, film: {"frequency": f, "amplitude": s * stage.amplitude},
+        force=force, shift=shift,
     )  # fmt: skip
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from . import forces, scene
+from . import forces
 from .film import Planted, look
 
 NEEDS = {

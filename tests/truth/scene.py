@@ -145,21 +145,26 @@ def spread(rng, body, count: int, cluster=False) -> list:
 
 def rate(rng, body, wish) -> tuple[float, float]:
     """Frames a second, and the highest frequency (Hz) that the release excites."""
-    f = bodies.modes(body, 12)[0]
+    f, shapes = bodies.modes(body, 12)
     usual = np.array([60.0, 100, 120, 200, 240])
     if wish == "alias":
-        second = f[f > 2.2 * f[0]][0]
+        along = np.linalg.norm(
+            np.einsum("nim,i->nm", shapes.reshape(-1, 3, 12), body.swing), axis=0
+        )
+        along = along / np.linalg.norm(shapes, axis=0)
+        second = f[(f > 3 * f[0]) & (along > 0.6)][0]
         slow = np.array([24.0, 25, 30, 50, 60, 100])
-        slow = slow[(second > 0.54 * slow) & (second < 0.93 * slow) & (slow > 3.5 * f[0])]
+        slow = slow[(second > 0.54 * slow) & (second < 0.93 * slow) & (slow > 2.6 * f[0])]
         fps = float(rng.choice(slow)) if len(slow) else second / 0.7
-        return fps, 1.15 * second
+        return fps, 1.3 * second
     if wish == "fast":
         usual = usual[-2:]
     if wish == "slow":
         usual = usual[:1]
     enough = usual[usual >= min(12 * f[0], usual[-1])]
     fps = float(rng.choice(enough))
-    return fps, min(0.45 * fps, rng.uniform(7, 12) * f[0])  # fingers are soft and slow
+    soft = (3, 4.5) if body.name == "pudding" else (7, 12)  # fingers are soft and slow
+    return fps, min(0.45 * fps, rng.uniform(*soft) * f[0])
 
 
 def falling(rng, body):

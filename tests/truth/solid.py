@@ -1,7 +1,7 @@
 """Triquadratic (27-node) hexahedra on mapped lattices: the matrices of the filmed body.
 
-Own code from the textbook (Zienkiewicz, Taylor, The Finite Element Method, vol. 1, ch. 6-8). Nothing
-here is shared with the code under test, which uses tetrahedra.
+Own code from the textbook (Zienkiewicz, Taylor, The Finite Element Method, vol. 1, ch. 6-8).
+Nothing here is shared with the code under test, which uses tetrahedra.
 """
 
 from dataclasses import dataclass
