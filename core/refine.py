@@ -24,10 +24,8 @@ def refine(mesh: TetMesh) -> TetMesh:
         for a in range(4)
     ]
     diagonals = [(0, 5, (1, 2, 4, 3)), (1, 4, (0, 2, 5, 3)), (2, 3, (0, 1, 5, 4))]
-    length = [
-        np.linalg.norm(nodes[middle[:, p]] - nodes[middle[:, q]], axis=1) for p, q, _ in diagonals
-    ]
-    shortest = np.argmin(length, axis=0)
+    vectors = [nodes[middle[:, p]] - nodes[middle[:, q]] for p, q, _ in diagonals]
+    shortest = np.argmin(np.linalg.norm(vectors, axis=2), axis=0)
     cores = []
     for which, (p, q, belt) in enumerate(diagonals):
         m = middle[shortest == which]

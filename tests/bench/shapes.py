@@ -47,9 +47,8 @@ def lofted(stations: np.ndarray, ring, around: int = 48) -> Surface:
     ends = np.stack([rings[:around].mean(0), rings[-around:].mean(0)])
     i, j = np.meshgrid(np.arange(len(stations) - 1), np.arange(around), indexing="ij")
     a, b = (i * around + j).ravel(), (i * around + (j + 1) % around).ravel()
-    sides = np.concatenate(
-        [np.stack([a, b, b + around], 1), np.stack([a, b + around, a + around], 1)]
-    )
+    c, d = b + around, a + around
+    sides = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
     k = np.arange(around)
     foot = np.stack([np.full(around, len(rings)), (k + 1) % around, k], 1)
     last = len(rings) - around

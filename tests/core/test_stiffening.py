@@ -10,7 +10,7 @@ from core.stiffening import converged_eigenvalues, nested_interpolation, stiffen
 from tests.core.solids import block
 
 SIZE = (0.6, 0.1, 0.15)
-MESH = block((5, 1, 2), SIZE, jitter=0.2)
+MESH = block((5, 2, 2), SIZE, jitter=0.2)
 
 
 def builder(nu):
@@ -45,8 +45,9 @@ def test_stiffening_is_the_excess_over_a_much_finer_mesh(element, truth):
     model = build(MESH, element)
     modes = solve_modes(model, 2)
     ratio, sigma = stiffening(model, modes, converged_eigenvalues(build, MESH, 2))
-    excess = squares(model, 2) / truth[0.47][:2] - 1
-    assert (np.abs(ratio - excess) < 3 * sigma).all()
+    limit = squares(model, 2) / (1 + ratio)  # sorted: locked bending may come after torsion
+    error = limit * sigma / (1 + ratio)
+    assert (np.abs(np.sort(limit) - truth[0.47][:2]) < 3 * error).all()
 
 
 def test_material_stiffness_stays_within_2_percent_while_the_apparent_one_moves_by_more_than_10():
