@@ -26,12 +26,14 @@ def read_case(path: str | Path, *, progress=None) -> Case:
     """
     path = Path(path)
     path = path / "case.toml" if path.is_dir() else path
-    fields = read_table(_parse(path), CASE_FIELDS, f"{path.name}:")
+    table = _parse(path)
     try:
+        fields = read_table(table, CASE_FIELDS, f"{path.name}:")
         return _make_case(fields, path.parent, progress)
     except CaseError as error:
         prefix = f"{path.name}: " if str(error).startswith("[") else ""
-        raise CaseError(f"{prefix}{error}") from error
+        one_line = " ".join(str(error).split())  # whatever the files hold
+        raise CaseError(prefix + one_line) from error
 
 
 def _parse(path: Path) -> dict:

@@ -8,6 +8,9 @@ import numpy as np
 
 from .errors import CaseError
 
+HUGE = 1e150  # a number whose square is still one
+HUGE_INDEX = 2**31
+
 
 @dataclass(frozen=True)
 class Field:
@@ -62,11 +65,13 @@ def shown(value) -> str:
 
 
 def text() -> Callable:
-    """A string that is not blank."""
+    """A string on one line that is not blank."""
 
     def check(value, where):
-        if not isinstance(value, str) or not value.strip():
-            raise CaseError(f"{where} = {shown(value)}; a text in quotes is needed. Correct it.")
+        if not isinstance(value, str) or not value.strip() or not value.isprintable():
+            raise CaseError(
+                f"{where} = {shown(value)}; a text in quotes, on one line, is needed. Correct it."
+            )
         return value
 
     return check
@@ -148,7 +153,7 @@ def integers(*, size: int | None = None, low: int = 0) -> Callable:
 
     def check(value, where):
         good = isinstance(value, list) and (len(value) == size if size else len(value) > 0)
-        if not good or not all(type(one) is int and one >= low for one in value):
+        if not good or not all(type(one) is int and low <= one < HUGE_INDEX for one in value):
             raise CaseError(
                 f"{where} = {shown(value)}; a list of {what}, none below {low}, is needed. "
                 "Correct it."
@@ -207,7 +212,7 @@ def _headed(where: str, form: str) -> str:
 def _finite(value, where: str, what: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise CaseError(f"{where} = {shown(value)}; {what} is needed. Correct it.")
-    if not np.isfinite(value):
+    if not abs(value) < HUGE:
         raise CaseError(f"{where} = {shown(value)}; {what}, finite, is needed. Correct it.")
     return float(value)
 

@@ -107,7 +107,7 @@ def _cell(cell: str, where: str) -> float:
     if cell == "":
         return np.nan
     try:
-        value = float(cell)
+        value = float(cell.replace("_", "?"))  # Python would read 1_0 as ten
     except ValueError as error:
         raise CaseError(
             f'{where}: "{cell}" is not a number. Leave the cell empty for a missing sample.'

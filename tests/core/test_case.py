@@ -451,3 +451,39 @@ def test_a_video_is_followed_from_the_pixels_of_the_markers(read, tmp_path):
     np.testing.assert_allclose(np.diff(recording.time), 0.01, rtol=1e-9)
     seen = recording.values[:, 0, 0] - recording.values[0, 0, 0]
     assert np.abs(seen - shifts[: len(seen)]).max() < 0.3
+
+
+# --- anything at all ------------------------------------------------------------------------------
+
+WHOLE = (
+    flat_case()
+    .replace("[[pin]]", "poisson_ratio = 0.4\ngravity = [0, 0, -9.81]\n[[pin]]")
+    .replace('"tracks.csv"', '"tracks.csv"\nstart = 0.1\nstop = 0.3')
+    + '[[load]]\nmass = 0.1\nposition = [0, 0, 0]\n[[take]]\ntracks = "tracks.csv"\ncapture_fps = 9'
+    + '\n[model]\ndeclared = ["clock"]\n[[pin]]\nsphere = { centre = [0, 0, 0], radius = 0.01 }\n'
+)
+JUNK = ("0", "-1", "1e300", "inf", "nan", '""', '"a\\nb"', "true", "[]", "[[]]", "[nan, 0, 0]")
+JUNK += ("{}", "2020-01-01", '{ min = "a" }', "[1, 2]", "99999999999999999999")
+
+
+def is_read(read, text):
+    """Whether it becomes a case; a refusal must be one line, and anything else is an error."""
+    try:
+        return read(text, pixels())
+    except CoreError as error:
+        lines = str(error).splitlines()
+    assert len(lines) == 1, text
+    return None
+
+
+def test_whatever_stands_in_a_field_ends_in_a_case_or_in_one_line(read):
+    lines = WHOLE.splitlines()
+    places = [k for k, line in enumerate(lines) if " = " in line]
+    read(WHOLE, pixels())
+    refusals = 0
+    for place in places:
+        for junk in JUNK:
+            name = lines[place].split(" = ")[0]
+            text = "\n".join([*lines[:place], f"{name} = {junk}", *lines[place + 1 :]])
+            refusals += not is_read(read, text)
+    assert refusals > 0.8 * len(places) * len(JUNK)

@@ -60,6 +60,7 @@ def test_columns_of_no_marker_are_left_out_with_a_warning(read):
         (changed(0, "a.y", "a.q"), ["a.y", "missing", "a.q"]),
         (changed(0, "a.y", "a.x"), ["a.x", "twice"]),
         (changed(2, ",2,", ",two,"), ["line 3", "column b.y", "two"]),
+        (changed(2, ",2,", ",2_0,"), ["line 3", "column b.y", "2_0"]),
         (changed(2, ",2,", ",inf,"), ["line 3", "column b.y", "inf"]),
         (changed(4, "0.06", "0.01"), ["line 5", "0.01 s", "0.04 s"]),
         (changed(4, "0.06", "0.04"), ["line 5", "grow"]),
