@@ -17,7 +17,14 @@ from .track_copies import copies_warning, doubled_frames, without_copies
 from .track_follow import State, begin, follow
 from .track_points import check_points
 from .track_recording import track_recording
-from .track_template import Templates, make_templates, noise_gain, positions, residual_products
+from .track_template import (
+    LAGS,
+    Templates,
+    make_templates,
+    noise_gain,
+    positions,
+    residual_products,
+)
 from .video import FEWEST_FRAMES, Video, ended_early, frame_at, open_video, read_frames
 
 __all__ = ["Tracks", "relative_to", "track", "track_recording"]
@@ -150,6 +157,10 @@ def _keep(seen: _Seen, frame, first, state: State) -> None:
 
 
 def _tracks(video, first, seen: _Seen, capture_fps, warnings) -> Tracks:
+    cut = ended_early(video, seen.index[-1] + 1) if seen.ended and seen.index else None
+    if cut:  # of the last frame only a part may be there
+        for column in (seen.index, seen.stamp, seen.change, seen.position, seen.residual):
+            column.pop()
     if len(seen.index) < FEWEST_FRAMES:
         raise RecordingError(
             f"{video.path.name}: {len(seen.index)} frames; {FEWEST_FRAMES} are needed at least, "
@@ -159,12 +170,12 @@ def _tracks(video, first, seen: _Seen, capture_fps, warnings) -> Tracks:
     _check_lost(video, values)
     clock = frame_times(stamps, capture_fps)
     warnings += clock.warnings + rate_warnings(video, capture_fps, stamps)
-    if seen.ended and (cut := ended_early(video, seen.index[-1] + 1)):
+    if cut:
         warnings += (cut,)
     warnings += _lost_warnings(values)
-    total = np.sum(seen.products, axis=0)
-    middle = total.shape[0] // 2
-    gain = noise_gain(first, total / max(total[middle, middle], 1e-12))
+    white = 1e-12 * np.outer(*[np.arange(-LAGS, LAGS + 1) == 0] * 2)
+    total = np.sum([white, *seen.products], axis=0)
+    gain = noise_gain(first, total / total[LAGS, LAGS])
     sigma = np.array(seen.residual) * gain / np.sqrt(2)  # the template's own half stays constant
     sigma = _at_least_the_floor(clock.time, values, np.maximum(sigma, LEAST_SIGMA))
     tracks = Tracks(clock.time, values, sigma, first.points, np.array(seen.index), warnings)

@@ -47,7 +47,7 @@ def follow(first: Templates, opening: np.ndarray, grey: np.ndarray, state: State
     astray = np.flatnonzero(~good)
     if len(astray):
         fit, good = _retry(first, grey, state, fit, good, (astray, state.fit.place[astray]))
-    due = np.flatnonzero(~good & (state.lost_for % SEARCH_EVERY == SEARCH_EVERY - 1))
+    due = np.flatnonzero(~good & (state.lost_for % SEARCH_EVERY == 0))
     if len(due):
         places = np.array([_search(first, grey, k, state.fit.place[k]) for k in due])
         fit, good = _retry(first, grey, state, fit, good, (due, places))
