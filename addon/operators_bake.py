@@ -1,6 +1,7 @@
 """Bake, Remove, and the vertex that is plucked."""
 
 import json
+import re
 import tempfile
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 from ..core import bake
 from ..core.data import Motion, Surface
 from ..core.errors import CoreError
+from ..core.surface import face_areas
 from . import keep, read, ready, running, write
 from .operators_recording import under_mouse
 
@@ -59,19 +61,34 @@ def kept_motion(context, obj: bpy.types.Object) -> tuple[Surface, Motion]:
     place = read.rest(obj)[wanted.vertex] @ found.stretch.T
     vertex = int(((surface.vertices - place) ** 2).sum(axis=1).argmin())
     pull = np.array(wanted.pull) * found.unit
-    return surface, bake.plucked(motion, *ringing(obj, arrays), (vertex, pull))
+    frequency, damping_ratio = ringing(obj.ringdown.facts.report, names)
+    mass = arrays.get("modal_mass", surface_mass(surface, motion.shapes))
+    pull = (vertex, pull)
+    return surface, bake.plucked(motion, frequency, damping_ratio, pull, modal_mass=mass)
 
 
-def ringing(obj: bpy.types.Object, arrays: dict) -> tuple[np.ndarray, np.ndarray]:
-    """Frequency (k,) Hz and damping ratio (k,) of each shape; NaN for one that does not ring."""
-    if "frequency" in arrays:
-        return arrays["frequency"], arrays["damping_ratio"]
-    modes = json.loads(obj.ringdown.facts.report)["modes"]
-    count = len(arrays["names"])
-    found = np.full((2, count), np.nan)
-    for k, mode in enumerate(modes[:count]):
-        found[:, k] = mode["natural_frequency_hz"]["value"], mode["damping_ratio"]["value"]
+def ringing(report: str, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Frequency (k,) Hz and damping ratio (k,) of each shape; NaN for one that does not ring.
+
+    Shapes named "mode 2: 7.84 Hz" are the report's mode of that pitch.
+    """
+    modes = json.loads(report)["modes"]
+    pitch = np.array([mode["natural_frequency_hz"]["value"] for mode in modes])
+    found = np.full((2, len(names)), np.nan)
+    for k, name in enumerate(names):
+        told = re.fullmatch(r"mode \d+(?:: ([\d.e+-]+) Hz)?", name)
+        if told and len(modes):
+            near = k if told[1] is None else int(np.abs(pitch - float(told[1])).argmin())
+            mode = modes[min(near, len(modes) - 1)]
+            found[:, k] = mode["natural_frequency_hz"]["value"], mode["damping_ratio"]["value"]
     return found[0], found[1]
+
+
+def surface_mass(surface: Surface, shapes: np.ndarray) -> np.ndarray:
+    """(k,) the shapes' mean square over the surface: in proportion to x^T M x, nearly."""
+    weight = np.zeros(len(surface.vertices))
+    np.add.at(weight, surface.faces, face_areas(surface)[:, None] / 3)
+    return np.einsum("v,vdk->k", weight, shapes**2) / weight.sum()
 
 
 def cache_path(obj: bpy.types.Object) -> Path:

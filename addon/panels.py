@@ -277,7 +277,7 @@ class RINGDOWN_PT_result(SubStep, bpy.types.Panel):
                 twins = " or ".join(words.name(twin) for twin in effect["twins"])
                 say(layout, f"This film cannot tell it from {twins}", "BLANK1")
         for advice in diagnosis["advice"]:
-            say(layout, advice, "LIGHT")
+            say(layout, advice.replace("_", " "), "LIGHT")
 
     def modes(self, layout, report):
         box = layout.box().column(align=True)
@@ -314,6 +314,11 @@ class RINGDOWN_PT_bake(SubStep, bpy.types.Panel):
             row.prop(bake, "vertex")
             row.operator("ringdown.pluck", text="", icon="EYEDROPPER")
             layout.prop(bake, "pull")
+            if (
+                obj.ringdown.facts.report
+                and words.report(obj.ringdown.facts.report)["diagnosis"]["effects"]
+            ):
+                say(layout, "The modes alone; what else was found is in As Recorded", "INFO")
         layout.prop(bake, "target", expand=True)
         column = layout.column(align=True)
         column.prop(bake, "first")

@@ -98,7 +98,7 @@ class Running:
         if context.workspace:
             text = f"Ringdown: {now.text}, {now.fraction:.0%}   |   Esc: Cancel"
             context.workspace.status_text_set(text)
-        redraw(context)
+        redraw(context, everything=False)
 
     def _end(self, context) -> None:
         timer = getattr(self, "_timer", None)
@@ -129,12 +129,13 @@ class RINGDOWN_OT_cancel(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def redraw(context) -> None:
-    """Every 3D view anew: panel and overlay."""
+def redraw(context, everything: bool = True) -> None:
+    """The panels anew, or every 3D view with its overlay."""
     for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                area.tag_redraw()
+        for area in (area for area in window.screen.areas if area.type == "VIEW_3D"):
+            for region in area.regions:
+                if everything or region.type == "UI":
+                    region.tag_redraw()
 
 
 def settings() -> bpy.types.AddonPreferences | None:

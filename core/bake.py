@@ -96,14 +96,19 @@ def carried(motion: Motion, rows: np.ndarray, share: np.ndarray, linear: np.ndar
 
 
 def plucked(
-    motion: Motion, frequency: np.ndarray, damping_ratio: np.ndarray, pull: tuple[int, np.ndarray]
+    motion: Motion,
+    frequency: np.ndarray,
+    damping_ratio: np.ndarray,
+    pull: tuple[int, np.ndarray],
+    *,
+    modal_mass: np.ndarray | float = 1.0,
 ) -> Motion:
     """The body let go from a pull: `pull` = (vertex, displacement (3,) m of that vertex).
 
     A force at the vertex along the displacement bends each shape by its flexibility,
-    q_k = phi_k(v).d / (2 pi f_k)^2, scaled so that the vertex is displaced by |d| along d; each
-    then rings with its own frequency (k,) Hz and damping ratio (k,), from rest. Shapes must have
-    equal modal mass (x^T M x = 1); those with a frequency of NaN stay still.
+    q_k = phi_k(v).d / (m_k (2 pi f_k)^2), scaled so that the vertex is displaced by |d| along d;
+    each then rings with its own frequency (k,) Hz and damping ratio (k,), from rest. `modal_mass`
+    (k,) m_k = x^T M x in any unit; shapes with a frequency of NaN stay still.
     Raises DataError when no shape moves that vertex that way.
     """
     vertex, displacement = pull[0], np.asarray(pull[1], float)
@@ -113,7 +118,8 @@ def plucked(
     rings = np.isfinite(frequency) & (frequency > 0)
     direction = displacement / length
     seen = np.where(rings, direction @ motion.shapes[vertex], 0)
-    q = np.divide(seen, (2 * np.pi * frequency) ** 2, where=rings, out=np.zeros(len(seen)))
+    stiffness = modal_mass * (2 * np.pi * frequency) ** 2
+    q = np.divide(seen, stiffness, where=rings, out=np.zeros(len(seen)))
     if not q @ seen > 0:
         raise DataError(f"Pluck: no mode moves vertex {vertex} that way. Pick one off the pins.")
     q *= length / (q @ seen)
