@@ -13,9 +13,10 @@ from scipy.special import chdtri
 from .varpro import Fit, Poles
 
 CHANCE = 1e-3  # of one false mode in a recording of white noise
-MATERIAL = 5e-3  # rms of the least mode worth a name, over that of the motion, in any channel
+MATERIAL = 5e-3  # rms of the least mode worth a name, over that of all motion
 CLEARED = 0.99  # share of what was left, above which even a trifle is a mode
 MISFIT = 1.6  # residual over noise, above which the recording is not a sum of modes alone
+MANY = 6  # channels, in which two modes of one body cannot look the same
 SAME_SHAPE = 0.9  # modal assurance criterion
 SAME_SHAPE_BLURRED = 0.35  # the same, for two modes closer than their widths
 SAME_PITCH = 0.25  # relative difference
@@ -97,19 +98,21 @@ def needed(record: Record, small: Model, large: Model, k: int | None) -> bool:
 def makeshift(record: Record, model: Model, k: int) -> bool:
     """True where mode k bends a stronger one that no sum of damped sinusoids describes.
 
-    It has the other's shape and nearly its pitch, and yet the residual stays above the noise:
-    friction, contact and large amplitudes look like that, a pair of true modes does not.
+    It has the other's shape and nearly its pitch. Friction, contact and large amplitudes look like
+    that; a pair of true modes does only where few channels see it, and then it leaves no residual.
     """
     left = np.sqrt(np.nanmean(model.fit.residual**2, axis=0))
-    if np.median(left / np.where(record.floor > 0, record.floor, np.inf)) < MISFIT:
+    misfit = np.median(left / np.where(record.floor > 0, record.floor, np.inf)) > MISFIT
+    if not misfit and len(left) < MANY:
         return False
     shape = model.fit.amplitude / model.fit.noise
     power = np.sum(np.abs(shape) ** 2, axis=1)
     likeness = np.abs(shape.conj() @ shape[k]) ** 2 / np.maximum(power * power[k], 1e-300)
     omega, decay = model.fit.poles.omega, model.fit.poles.decay
-    near = np.abs(omega / omega[k] - 1) < SAME_PITCH
-    blurred = np.abs(omega - omega[k]) < decay + decay[k]  # such a pair's shapes are uncertain too
-    same = (near & (likeness > SAME_SHAPE)) | (blurred & (likeness > SAME_SHAPE_BLURRED))
+    same = (np.abs(omega / omega[k] - 1) < SAME_PITCH) & (likeness > SAME_SHAPE)
+    if misfit:  # the shapes of two modes closer than their widths are uncertain too
+        blurred = np.abs(omega - omega[k]) < decay + decay[k]
+        same |= blurred & (likeness > SAME_SHAPE_BLURRED)
     stronger = (power > power[k]) | ((power == power[k]) & (np.arange(model.modes) < k))
     return bool((same & stronger).any())
 

@@ -65,7 +65,9 @@ def test_fifteen_strongly_damped_modes_in_128_samples_are_all_found():
     np.testing.assert_allclose(-p.real[order], decay, atol=1e-8)
 
 
-@pytest.mark.parametrize(("decibel", "lost"), [(10, 2), (20, 0), (30, 0)])
+@pytest.mark.parametrize(
+    ("decibel", "lost"), [(10, 2), (20, 0), pytest.param(30, 0, marks=pytest.mark.slow)]
+)
 def test_a_close_pair_is_told_apart_as_well_as_the_noise_allows(decibel, lost):
     f, z, a = PAIR
     clean = ring(FOUR_SECONDS, f, z, a)
@@ -121,6 +123,38 @@ def test_pure_noise_has_no_modes():
     assert rings <= 2
 
 
+def test_a_record_at_rest_has_no_modes():
+    for y in (np.zeros((120, 2)), np.ones((120, 3)), np.outer(FOUR_SECONDS, [1.0, -2.0])):
+        assert not len(invert(FOUR_SECONDS, y).frequency)
+
+
+@pytest.mark.parametrize("decibel", [20, 60])
+def test_motion_that_is_not_linear_is_one_mode_with_a_wide_interval(decibel):
+    steps, x, v, track = 40, 1.0, 0.0, []
+    h = 1 / 30 / steps
+    for _ in FOUR_SECONDS:  # pitch falls from 2.25 to 2 Hz as the amplitude does
+        track.append(x)
+        for _ in range(steps):
+            v -= h * ((4 * np.pi) ** 2 * (x + 0.4 * x**3) + 0.04 * 4 * np.pi * v)
+            x += h * v
+    shape = np.random.default_rng(0).standard_normal(8)
+    y, _ = with_noise(np.outer(track, shape), decibel, 0)
+    found = invert(FOUR_SECONDS, y)
+    assert len(found.frequency) == 1
+    assert 2.0 < found.frequency[0] < 2.25
+    assert found.frequency_sigma[0] > 2e-3
+
+
+def test_a_pair_of_equal_pitch_and_different_shape_stays_a_pair():
+    shapes = np.random.default_rng(1).standard_normal((2, 8))
+    y, _ = with_noise(ring(FOUR_SECONDS, [3.0, 3.06], [0.02, 0.02], shapes), 30, 1)
+    found = invert(FOUR_SECONDS, y)
+    order = np.argsort(found.frequency)
+    assert len(order) == 2
+    pull = (found.frequency[order] - [3.0, 3.06]) / found.frequency_sigma[order]
+    assert (np.abs(pull) < 4).all()
+
+
 def coverage(seeds):
     """(4,) share of 95 % intervals that hold the truth: two frequencies, two damping ratios."""
     f, z = np.array([2.0, 4.5]), np.array([0.03, 0.02])
@@ -138,8 +172,8 @@ def coverage(seeds):
 
 
 def test_intervals_hold_the_truth_95_times_in_100():
-    share = coverage(150).mean()  # 600 intervals: standard deviation 0.9 %
-    assert 0.95 - 0.027 < share < 0.95 + 0.027
+    share = coverage(120).mean()  # 480 intervals: standard deviation 1 %
+    assert 0.95 - 0.03 < share < 0.95 + 0.03
 
 
 @pytest.mark.slow
