@@ -44,12 +44,7 @@ def log_uniform(rng, low, high) -> float:
 
 def weighted(body, node: int, mass: float):
     """The mass matrix with `mass` kg glued on around a node, on a patch and not on a point."""
-    skin = scene.places(body)
-    radius = 0.2 * np.sort(np.ptp(body.nodes, axis=0))[0]
-    near = skin[np.linalg.norm(body.nodes[skin] - body.nodes[node], axis=1) <= radius]
-    share = np.zeros(len(body.nodes))
-    share[near] = 1 / len(near)
-    row = sparse.csr_matrix(share)
+    row = sparse.csr_matrix(scene.grip(body, node))
     return body.mass + sparse.kron(mass * (row.T @ row), sparse.eye(3), format="csr")
 
 

@@ -57,10 +57,20 @@ def nodal(body, node: int, direction) -> np.ndarray:
     return out
 
 
+def grip(body, node: int) -> np.ndarray:
+    """(N,) weights: the patch of surface around `node` that a finger or spoon holds."""
+    skin = places(body)
+    radius = 0.22 * np.ptp(body.nodes, axis=0).min()
+    near = skin[np.linalg.norm(body.nodes[skin] - body.nodes[node], axis=1) <= radius]
+    share = np.zeros(len(body.nodes))
+    share[near] = 1 / len(near)
+    return share
+
+
 def system_of(scene: Scene, body, ground=None) -> reduced.System:
     """The damped reduced system with static responses at every touched node."""
-    nodes = dict.fromkeys([scene.node, *scene.touched])
-    push = [nodal(body, n, scene.direction) for n in nodes]
+    push = [np.outer(grip(body, scene.node), scene.direction).ravel()]
+    push += [nodal(body, n, scene.direction) for n in dict.fromkeys(scene.touched)]
     if scene.release == "gravity":
         push.append(body.mass @ np.tile(scene.gravity, len(body.nodes)))
     plain = reduced.reduce(body, MODES, np.array(push).T, ground)
@@ -82,7 +92,7 @@ def start_of(scene: Scene, system, acting=()) -> tuple[np.ndarray, np.ndarray]:
         load = system.basis.T @ (scene.body.mass @ np.tile(scene.gravity, len(scene.body.nodes)))
         rest = np.linalg.solve(system.K, load)
         q = -rest
-    row = scene.direction @ system.at(scene.node)
+    row = np.outer(grip(scene.body, scene.node), scene.direction).ravel() @ system.basis
     if scene.release == "pull":
         q = settle(system, row * scene.amplitude / (row @ np.linalg.solve(system.K, row)), acting)
     if scene.release == "knock":
