@@ -2,6 +2,7 @@
 
 import hashlib
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -42,7 +43,7 @@ def load_tets(path: Path | str, key: str | None = None) -> TetMesh:
         with np.load(path, allow_pickle=False) as kept:
             nodes, tets, made_from = kept["nodes"], kept["tets"], str(kept["key"])
         mesh = TetMesh(nodes, tets)
-    except (OSError, ValueError, KeyError, EOFError, DataError) as error:
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile, DataError) as error:
         raise MeshError(
             f"{path.name}: it does not hold tetrahedra ({error}). Delete it and run again."
         ) from error

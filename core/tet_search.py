@@ -7,7 +7,7 @@ import numpy as np
 from .data import Surface, TetMesh
 from .errors import MeshError
 from .surface import diagonal, enclosed_volume, face_areas, is_closed
-from .volume_match import solid_volume
+from .volume_match import has_inside, solid_volume
 
 WITHIN = 0.25  # of the number asked for
 GOOD_ENOUGH = 0.2  # stops the search; the tetrahedralizer scatters by some per cent anyway
@@ -24,8 +24,15 @@ class Size:
 
     @classmethod
     def of(cls, surface: Surface) -> "Size":
+        """Raises MeshError for a sheet."""
         area = float(face_areas(surface).sum())
-        volume = solid_volume(surface) if is_closed(surface) else None
+        closed = is_closed(surface)
+        if not closed and not has_inside(surface):
+            raise MeshError(
+                "Tetrahedralization: the surface is a sheet and encloses nothing. "
+                "Give it thickness, or close it."
+            )
+        volume = solid_volume(surface) if closed else None
         return cls(diagonal(surface), area, volume, 2 * enclosed_volume(surface) / area)
 
 
@@ -83,7 +90,8 @@ def next_guess(trials: list[Trial], elements: int, size: Size) -> tuple[float, f
 
 def power(trials: list[Trial]) -> float:
     """p of count ~ edge^-p from the last two runs; 2.5 before there are two."""
-    a, b = [t for t in trials if t.count][-2:] if len(trials) > 1 else (trials[0], trials[0])
+    solids = [t for t in trials if t.count]
+    a, b = solids[-2:] if len(solids) > 1 else (solids[-1], solids[-1])
     return 2.5 if a.edge == b.edge else float(-np.log(b.count / a.count) / np.log(b.edge / a.edge))
 
 

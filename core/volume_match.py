@@ -8,7 +8,7 @@ the volume is the surface's; flat sides stay where they are.
 import numpy as np
 
 from .data import Surface, TetMesh, tet_volumes
-from .surface import closest_point, enclosed_volume, simplified
+from .surface import closest_point, diagonal, enclosed_volume, simplified
 
 FACES = np.array([(1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1)])  # outward for positive tets
 MOST = 3.0  # times the gap: beyond, the gap is not why the volume differs
@@ -84,6 +84,17 @@ def winding_numbers(points: np.ndarray, surface: Surface) -> np.ndarray:
         ab, bc, ca = (np.einsum("fi,fi->f", p, q) for p, q in ((a, b), (b, c), (c, a)))
         out[i] = np.arctan2(det, la * lb * lc + ab * lc + bc * la + ca * lb).sum() / (2 * np.pi)
     return out
+
+
+def has_inside(surface: Surface) -> bool:
+    """Whether a surface with holes goes round something: beside a mere sheet the winding is 1/2."""
+    chosen = np.random.default_rng(0).permutation(len(surface.faces))[:100]
+    a, b, c = (surface.vertices[surface.faces[chosen, i]] for i in range(3))
+    normal = np.cross(b - a, c - a)
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    beside = 1e-4 * diagonal(surface) * normal / np.where(length > 0, length, 1)
+    places = np.concatenate([(a + b + c) / 3 + beside, (a + b + c) / 3 - beside])
+    return bool((np.abs(winding_numbers(places, surface)) > 0.6).any())
 
 
 def solid_volume(surface: Surface) -> float | None:

@@ -1,0 +1,216 @@
+"""Tetrahedra: their number, their volume, and every way in which cutting can fail."""
+
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from core import tetwild
+from core.data import Surface, tet_volumes
+from core.errors import Cancelled, MeshError
+from core.kept_tets import load_tets, save_tets, tets_key
+from core.surface import closest_point, diagonal, enclosed_volume
+from core.tetrahedralize import tet_quality, tetrahedralize
+from core.tetwild import run_tetwild
+from core.volume_match import boundary_faces, solid_volume, winding_numbers, with_volume
+
+sys.path.insert(0, str(Path(__file__).parent))
+from surfaces import box, scan, sphere
+
+
+@pytest.fixture(scope="module")
+def ball():
+    surface = sphere(4, radius=0.03)
+    return surface, *tetrahedralize(surface, 1000)
+
+
+@pytest.mark.parametrize("elements", [300, 3000])
+def test_a_bar_gets_the_tetrahedra_asked_for_within_a_quarter(elements):
+    bar = box((0.1, 0.03, 0.03))
+    mesh, report = tetrahedralize(bar, elements)
+    assert elements / 1.25 <= len(mesh.tets) <= 1.25 * elements
+    assert report.tets == len(mesh.tets)
+    assert report.warnings == ()
+    assert mesh.volume == pytest.approx(9e-5, rel=5e-3)
+    assert closest_point(bar, mesh.nodes[boundary_faces(mesh)].mean(axis=1))[2].max() < 1e-3
+
+
+def test_a_coarse_ball_has_the_balls_volume(ball):
+    surface, mesh, report = ball
+    assert 800 <= len(mesh.tets) <= 1250
+    assert abs(mesh.volume / enclosed_volume(surface) - 1) < 5e-3
+    assert report.volume_error == pytest.approx(mesh.volume / enclosed_volume(surface) - 1)
+    assert report.worst_quality == tet_quality(mesh).min() > 0.1
+
+
+def test_every_node_belongs_to_a_tetrahedron(ball):
+    _, mesh, _ = ball
+    assert np.array_equal(np.unique(mesh.tets), np.arange(len(mesh.nodes)))
+
+
+def test_matching_the_volume_leaves_flat_sides_where_they_are(ball):
+    bar = box((0.1, 0.03, 0.03))
+    mesh, _ = tetrahedralize(bar, 500)
+    assert np.abs(mesh.nodes.max(axis=0) - (0.1, 0.03, 0.03)).max() < 1e-3
+    surface, body, _ = ball
+    smaller = with_volume(body, surface, 0.99 * body.volume)
+    assert (tet_volumes(smaller.nodes, smaller.tets) > 0).all()
+
+
+def test_a_volume_that_the_surface_does_not_explain_is_not_forced(ball):
+    surface, mesh, _ = ball
+    assert with_volume(mesh, surface, 3 * mesh.volume) is mesh
+
+
+def overlapping():
+    one, other = box((0.1, 0.04, 0.04)), box((0.05, 0.03, 0.03))
+    points = np.concatenate([one.vertices, other.vertices + 0.02])
+    return Surface(points, np.concatenate([one.faces, other.faces + 8]))
+
+
+def test_winding_numbers_count_the_shells_around_a_point():
+    places = np.array([(0.01, 0.01, 0.01), (0.03, 0.03, 0.03), (0.5, 0, 0)])
+    assert winding_numbers(places, overlapping()) == pytest.approx([1, 2, 0], abs=1e-9)
+
+
+def test_overlapping_parts_are_cut_as_one_and_have_no_volume_to_compare():
+    surface = overlapping()
+    assert solid_volume(surface) is None
+    mesh, report = tetrahedralize(surface, 1500)
+    union = 0.1 * 0.04 * 0.04 + 0.05 * 0.03 * 0.03 - 0.05 * 0.02 * 0.02
+    assert mesh.volume == pytest.approx(union, rel=0.02)
+    assert report.volume_error is None
+
+
+def test_an_open_cup_is_filled_and_says_nothing_of_its_volume():
+    whole = sphere(3)
+    centre = whole.vertices[whole.faces].mean(axis=1)
+    mesh, report = tetrahedralize(Surface(whole.vertices, whole.faces[centre[:, 2] < 0.5]), 1000)
+    assert report.volume_error is None
+    assert 2 < mesh.volume < 4 / 3 * np.pi
+
+
+def test_a_surface_with_a_face_twice_and_a_stray_fin_is_cut():
+    bar = box((0.1, 0.03, 0.03))
+    points = np.concatenate([bar.vertices, [[0.05, 0.015, 0.05]]])
+    faces = np.concatenate([bar.faces, bar.faces[:1], [[1, 5, 8]]])
+    mesh, _ = tetrahedralize(Surface(points, faces), 500)
+    assert mesh.volume == pytest.approx(9e-5, rel=0.02)
+
+
+def test_a_thin_plate_is_cut_or_says_what_it_allows():
+    mesh, report = tetrahedralize(box((0.1, 0.1, 0.004)), 3000)
+    assert mesh.volume == pytest.approx(4e-5, rel=5e-3)
+    assert bool(report.warnings) == (not 3000 / 1.25 <= report.tets <= 3000 * 1.25)
+
+
+def test_a_bent_sheet_is_refused_in_one_line():
+    grid = np.array([(x, y, 0.02 * x * y) for x in range(4) for y in range(4)], float)
+    corners = [4 * i + j for i in range(3) for j in range(3)]
+    faces = [f for c in corners for f in ((c, c + 4, c + 5), (c, c + 5, c + 1))]
+    with pytest.raises(MeshError, match="thickness") as refusal:
+        tetrahedralize(Surface(0.01 * grid, np.array(faces)), 500)
+    assert "\n" not in str(refusal.value)
+
+
+def child(tmp_path, code):
+    path = tmp_path / "worker.py"
+    path.write_text("import os, signal, sys, time\nfrom pathlib import Path\n" + code)
+    return path
+
+
+def test_a_crash_of_the_tetrahedralizer_is_one_line(tmp_path):
+    worker = child(tmp_path, "os.kill(os.getpid(), signal.SIGSEGV)")
+    with pytest.raises(MeshError, match="crashed with signal 11") as refusal:
+        run_tetwild(box((1, 1, 1)), 0.1, 0.01, worker=worker)
+    assert "\n" not in str(refusal.value)
+
+
+def test_without_pytetwild_it_says_where_there_is_one(tmp_path):
+    code = "Path(sys.argv[1], 'error.txt').write_text('no module named pytetwild')\nsys.exit(3)"
+    with pytest.raises(MeshError, match="macOS arm64"):
+        run_tetwild(box((1, 1, 1)), 0.1, 0.01, worker=child(tmp_path, code))
+
+
+def test_it_stops_within_a_second_of_cancel_and_leaves_no_child(tmp_path):
+    pid = tmp_path / "pid"
+    worker = child(tmp_path, f"Path({str(pid)!r}).write_text(str(os.getpid()))\ntime.sleep(60)")
+    with pytest.raises(Cancelled):
+        run_tetwild(box((1, 1, 1)), 0.1, 0.01, cancelled=pid.exists, worker=worker)
+    assert time.time() - pid.stat().st_mtime < 1
+    assert not Path(f"/proc/{pid.read_text() or '0'}").exists()
+
+
+def test_cancel_stops_a_real_run():
+    began = time.monotonic()
+    with pytest.raises(Cancelled):
+        tetrahedralize(scan(5), 20000, cancelled=lambda: time.monotonic() > began + 1)
+    assert time.monotonic() < began + 2.5
+
+
+def test_the_time_limit_is_kept():
+    with pytest.raises(MeshError, match="time limit"):
+        tetrahedralize(scan(5), 20000, time_limit=0.5)
+
+
+def test_nothing_is_left_in_the_current_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    tetrahedralize(box((1, 1, 1)), 200)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_progress_ends_at_one():
+    seen = []
+    tetrahedralize(box((1, 1, 1)), 200, progress=lambda share, text: seen.append(share))
+    assert seen == sorted(seen)
+    assert seen[-1] == 1
+
+
+def test_no_elements_are_refused():
+    with pytest.raises(MeshError, match="at least 1"):
+        tetrahedralize(box((1, 1, 1)), 0)
+
+
+def test_python_is_found_when_the_executable_is_blender(monkeypatch):
+    monkeypatch.setattr(sys, "executable", "/opt/blender/blender")
+    assert Path(tetwild.python()).stem.startswith("python")
+
+
+def test_kept_tetrahedra_come_back_bit_for_bit(tmp_path, ball):
+    surface, mesh, _ = ball
+    key = tets_key(surface, 1000)
+    save_tets(tmp_path / "tets.npz", mesh, key)
+    again = load_tets(tmp_path / "tets.npz", key)
+    assert np.array_equal(again.nodes, mesh.nodes)
+    assert np.array_equal(again.tets, mesh.tets)
+
+
+def test_tetrahedra_of_another_surface_or_number_are_stale(tmp_path, ball):
+    surface, mesh, _ = ball
+    save_tets(tmp_path / "tets.npz", mesh, tets_key(surface, 1000))
+    moved = Surface(surface.vertices * (1 + 1e-12), surface.faces)
+    for key in (tets_key(surface, 1001), tets_key(moved, 1000)):
+        with pytest.raises(MeshError, match="stale"):
+            load_tets(tmp_path / "tets.npz", key)
+
+
+@pytest.mark.parametrize("content", [None, b"", b"hello", b"PK\3\4 torn"])
+def test_a_file_without_tetrahedra_is_refused(tmp_path, content):
+    path = tmp_path / "tets.npz"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(MeshError, match="again"):
+        load_tets(path)
+
+
+@pytest.mark.slow
+def test_a_scan_of_131072_triangles_is_cut_in_half_a_minute():
+    body = scan(7)
+    mesh, report = tetrahedralize(body, 5000)
+    assert 4000 <= len(mesh.tets) <= 6250
+    assert report.seconds < 30
+    assert abs(report.volume_error) < 5e-3
+    away = closest_point(body, mesh.nodes[np.unique(boundary_faces(mesh))])[2]
+    assert np.quantile(away, 0.95) < 0.01 * diagonal(body)
