@@ -77,6 +77,7 @@ def build_law(
         amplitude=float(max(s[0] for s in sizes)),
         modal_mass=np.nan,
         drag_area=np.nan,
+        reference=weights,
         duration=float(max(takes[i].time[takes[i].fit][-1] for i in fitted)),
     )
     law = Law(takes, condition, weights, setting, damping)
@@ -110,8 +111,28 @@ def with_body(law: Law, shapes: np.ndarray, body, seen: np.ndarray) -> Law:
         levers=np.r_[law.setting.levers, levers],
         skin=skin,
         wind=wind,
+        participation=_participation(body, shapes[:, :, 0], moved[np.argmax(first), :, 0]),
+        towards=_towards(law.takes[law.fitted[0]], body, per_metre[:, :, 0]),
     )
     return replace(law, setting=setting)
+
+
+def _participation(body, shape: np.ndarray, along: np.ndarray) -> float:
+    """m of the reference in mode 1 per m that the support moves slowly along it."""
+    along = along / np.linalg.norm(along)
+    push = float(shape.ravel() @ (body.model.mass @ np.tile(along, len(shape))))
+    moved = (body.markers @ shape.ravel()).reshape(-1, 3) @ along
+    return abs(push * moved[np.argmax(np.abs(moved))])
+
+
+def _towards(data: Channels, body, per_metre: np.ndarray) -> np.ndarray | None:
+    """(C,) what each channel shows of mode 1 times how its marker nears the camera, over m2."""
+    camera = data.take.recording.camera
+    if camera is None:
+        return None
+    moved = (body.markers @ per_metre.ravel()).reshape(-1, 3)[data.marker]
+    seen = np.einsum("ci,ci->c", data.directions, moved)
+    return -seen * (moved @ camera.rows[2])
 
 
 def _places(moved: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -7,10 +7,11 @@
 4. pairs are searched from a beam of the best singles, so that neither masks the other
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from .baseline import px_per_metre
 from .effects import TIME_EFFECTS, base_motion, lost_frames, tracker_drift
 from .effects.base import Effect
 from .residual import misfit, motion_rms, nrmse
@@ -34,7 +35,6 @@ class Candidate:
     evidence: float  # gain in BIC over the declared fit
     share: float  # of the excess over noise, fitted part
     held_share: float  # of the excess over noise, held-out part; NaN where there is none
-    markers: tuple[str, ...] = ()
 
     @property
     def confirmed(self) -> bool:
@@ -48,12 +48,12 @@ def excess(found: TimeFit) -> float:
     return float(np.sqrt(max(left / max(count, 1) - 1, 0)) / motion_rms(found.law.takes))
 
 
-def judge(names, found: TimeFit, start: TimeFit, markers=()) -> Candidate:
+def judge(names, found: TimeFit, start: TimeFit) -> Candidate:
     """Compare `found` with the declared fit `start`."""
     parameters = found.unknowns - start.unknowns
     evidence = start.chi2 - found.chi2 - parameters * np.log(max(found.samples, 2))
     share = _taken(found, start, False)
-    return Candidate(names, found, float(evidence), share, _taken(found, start, True), markers)
+    return Candidate(names, found, float(evidence), share, _taken(found, start, True))
 
 
 def _taken(found: TimeFit, start: TimeFit, held: bool) -> float:
@@ -65,27 +65,27 @@ def _taken(found: TimeFit, start: TimeFit, held: bool) -> float:
     return float((before - max(after, 0)) / max(over, 1e-9))
 
 
-def proposals(start: TimeFit) -> list[tuple[Effect, tuple[str, ...]]]:
+def proposals(start: TimeFit) -> list[Effect]:
     """All effects that this recording can show, those made from its residual included."""
     law = start.law
     declared = {e.name for e in law.effects}
-    out = [(e, ()) for e in TIME_EFFECTS]
+    out = list(TIME_EFFECTS)
     data = law.takes[law.fitted[0]]
     residual = data.values - start.predicted[law.fitted[0]]
-    names = [m.name for m in data.take.recording.markers]
     if len(np.unique(data.marker[~data.support])) >= 3:
-        out += [(e, (names[m],)) for m, e in tracker_drift.propose(data, residual)]
+        out += tracker_drift.propose(data, residual)
     if np.isfinite(residual).all(axis=1).sum() > 12:
-        out += [(e, ()) for e in _jumps(start, data, residual)]
+        out += _jumps(start, data, residual)
     if _common_is_possible(start, data):
         shared = tuple(
             base_motion.common_motion(t, t.values - p) if p is not None else 0 * t.values
             for t, p in zip(law.takes, start.predicted, strict=True)
         )
-        out.append((base_motion.shaken(shared), ()))
+        size = np.sqrt(np.nanmean(shared[law.fitted[0]] ** 2) * data.take.recording.values.shape[2])
+        out.append(base_motion.shaken(shared, float(size / px_per_metre(data))))
     return [
-        (e, m)
-        for e, m in out
+        e
+        for e in out
         if e.name not in declared and not (e.requires and e.requires(law.setting, law.takes))
     ]
 
@@ -97,7 +97,7 @@ def _jumps(start: TimeFit, data, residual):
         guess = found.predicted[start.law.fitted[0]]
         at = lost_frames.next_jump(data, left, np.gradient(guess, data.time, axis=0))
         jumps += (at,)
-        out.append(lost_frames.lost(jumps))
+        out.append(lost_frames.lost(jumps, data.frame))
         law, p = extend(start, (out[-1],), [()])
         found = fit(law, p, evaluations=4)
         left = data.values - found.predicted[start.law.fitted[0]]
@@ -123,17 +123,17 @@ def race(start: TimeFit, effect: Effect, begins: list, promise: np.ndarray) -> T
 
 
 def _entries(start: TimeFit):
-    """(promise, effect, markers, begins) of all that this recording can show, best first."""
+    """(promise, effect, begins) of all that this recording can show, best first."""
     index = start.law.fitted[0]
     data = start.law.takes[index]
     residual = (data.time[data.fit], (data.values - start.predicted[index])[data.fit])
     out = []
-    for effect, markers in proposals(start):
+    for effect in proposals(start):
         begins = effect.starts(start.law.setting, residual)
         if effect.force:
             begins = [(*b, *place) for b in begins for place in start.law.setting.places]
         if begins:
-            out.append((screen(start, effect, begins), effect, markers, begins))
+            out.append((screen(start, effect, begins), effect, begins))
     return sorted(out, key=lambda entry: -entry[0].max())
 
 
@@ -143,7 +143,7 @@ def singles(
     """The best candidate of every name that a score test promises something, best first."""
     best, names = {}, []
     entries = _entries(start)
-    for promise, effect, markers, begins in entries:
+    for promise, effect, begins in entries:
         if promise.max() < max(PROMISE, 0.01 * entries[0][0].max()):
             break
         if effect.name not in names and len(names) == most:
@@ -152,7 +152,7 @@ def singles(
         found = race(start, effect, begins, promise)
         if effect.veto and effect.veto(found):
             continue
-        candidate = judge((*before, effect.name), found, against or start, markers)
+        candidate = judge((*before, effect.name), found, against or start)
         if effect.name not in best or candidate.evidence > best[effect.name].evidence:
             best[effect.name] = candidate
     return sorted(best.values(), key=lambda c: -c.evidence)
@@ -165,7 +165,6 @@ def pairs(start: TimeFit, ranked: list[Candidate]) -> list[Candidate]:
         if single.evidence < EVIDENCE:
             break
         for candidate in singles(single.found, single.names, start, 4):
-            candidate = replace(candidate, markers=candidate.markers or single.markers)
             key = tuple(sorted(candidate.names))
             if key not in best or candidate.evidence > best[key].evidence:
                 best[key] = candidate

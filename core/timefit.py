@@ -83,6 +83,20 @@ class TimeFit:
         a, b, _ = self.law.sizes()
         return _split(self.law, self.parameters[None, a + b :])
 
+    def column_shapes(self) -> list[np.ndarray]:
+        """(C, q) of every effect, from the first fitted take; q may be 0."""
+        law = self.law
+        K, each = law.modes, _widths(law)
+        at = K * (max(law.condition[i] for i in law.fitted) + 1) + 1
+        order = [e for e in law.effects if e.force] + [e for e in law.effects if e.columns]
+        out = {}
+        for effect in order:
+            width = each[law.effects.index(effect)]
+            out[law.effects.index(effect)] = self.coefficients[:, at : at + width]
+            at += width
+        none = np.zeros((len(self.coefficients), 0))
+        return [out.get(i, none) for i in range(len(law.effects))]
+
     @property
     def shapes(self) -> np.ndarray:
         """(K, C) of the first condition, channels' unit per metre at the reference."""
@@ -93,6 +107,18 @@ def bounds(effect: Effect, modes: int) -> tuple[np.ndarray, np.ndarray]:
     """Of the inner parameters: its own, then where a force sits, by its share in higher modes."""
     spread = np.full(modes - 1 if effect.force else 0, FARTHEST)
     return np.r_[effect.low, -spread], np.r_[effect.high, spread]
+
+
+def _widths(law: Law) -> list[int]:
+    """Columns of every effect, by asking it for two instants."""
+    some, u = np.zeros((1, 2)), np.zeros((1, 2, law.modes))
+    out = []
+    for effect in law.effects:
+        low, high = bounds(effect, law.modes)
+        middle = ((low + high) / 2)[None]
+        width = effect.columns(middle, law.setting, some, u).shape[2] if effect.columns else 0
+        out.append(width + bool(effect.force))
+    return out
 
 
 def _split(law: Law, theta):
@@ -343,3 +369,21 @@ def extend(found: TimeFit, effects: tuple[Effect, ...], thetas: list) -> tuple[L
     """The same law with more effects, and its parameters to start from."""
     law = replace(found.law, effects=found.law.effects + effects)
     return law, np.r_[found.parameters, np.concatenate([np.asarray(t, float) for t in thetas])]
+
+
+def trajectories(found: TimeFit, time: np.ndarray) -> tuple[np.ndarray, list]:
+    """u (T, K) and the effects' columns [(effect, (T, q))] of the first fitted take at `time` (T,).
+
+    The camera's own doings (jumps of its clock, later rows) are left out: a bake shows the body.
+    """
+    law = found.law
+    index = law.fitted[0]
+    bodily = replace(law, effects=tuple(replace(e, clock=None, delay=None) for e in law.effects))
+    data = replace(
+        law.takes[index],
+        time=time,
+        values=np.zeros((len(time), len(law.takes[index].sigma))),
+        fit=np.ones(len(time), bool),
+    )
+    u, _, columns, _ = _motion(bodily, _unpack(bodily, found.parameters[None], 0), data)
+    return u[0], [(effect, values[0]) for effect, values in columns]

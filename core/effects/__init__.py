@@ -1,12 +1,17 @@
 """Every effect that the loop can name. One file each; to add one, add it to a tuple below."""
 
 from . import (
+    added_mass,
     air_drag,
     asymmetric_stiffness,
+    compliant_pin,
     contact,
     dry_friction,
+    graded_stiffness,
+    gravity_preload,
     large_amplitude,
     perspective,
+    poisson_ratio,
     relaxation,
     rolling_shutter,
     split_modes,
@@ -28,3 +33,13 @@ TIME_EFFECTS = (
     rolling_shutter.EFFECT,
     perspective.EFFECT,
 )
+
+MODAL_EFFECTS = (
+    added_mass.EFFECT,
+    compliant_pin.EFFECT,
+    graded_stiffness.EFFECT,
+    poisson_ratio.EFFECT,
+    gravity_preload.EFFECT,
+)
+
+BY_NAME = {effect.name: effect for effect in (*TIME_EFFECTS, *MODAL_EFFECTS)}

@@ -19,7 +19,7 @@ def acceleration(theta, setting, state):
     return -(theta[:, :1] / setting.amplitude) * work
 
 
-def report(theta, setting, strength):
+def report(theta, setting, shape):
     """kg/m3: the inner coefficient (1/m) times modal mass over the surface that pushes air."""
     return {"coefficient": theta[0] / setting.amplitude * setting.modal_mass / setting.drag_area}
 

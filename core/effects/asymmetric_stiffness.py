@@ -18,7 +18,7 @@ def force(theta, setting, state):
     return -(setting.omega[0] ** 2) * even
 
 
-def report(theta, setting, strength):
+def report(theta, setting, shape):
     """Secant stiffness of the stiffer side over the other at the first amplitude."""
     b = min(abs(theta[0]), 0.95)
     return {"ratio": (1 + b) / (1 - b)}

@@ -1,7 +1,7 @@
 """What an effect is: one frozen noun that each file of this folder fills in."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -36,6 +36,9 @@ class Setting:
     modal_mass: float  # kg of the first mode, normalised at the reference; NaN = not known
     drag_area: float  # m2, integral of |S|^3 over the surface seen from the motion; NaN = not known
     duration: float  # s, of the longest fitted part
+    reference: np.ndarray  # (K, C) reference_k . shape = m at the reference
+    participation: float = 1.0  # m of the reference per m that the support moves in mode 1
+    towards: np.ndarray | None = None  # (C,) seen motion times motion towards the camera, per m2
     paired: bool = True  # the first mode has a degenerate partner that was not matched
 
 
@@ -59,8 +62,8 @@ class Effect:
       clock(theta, setting, time) -> (B, T)           instants at which the model is seen
       delay(theta, setting, row) -> (B, C)            s, later sight of single channels
       starts(setting, residual) -> list of theta      where the fit begins
-      report(theta, setting, strength) -> {name: value}  contract parameters; strength (q,) is
-          the columns at the reference, m
+      report(theta, setting, shape) -> {name: value}   the contract's parameters; shape (C, q) is
+          how strongly each channel shows the columns
     """
 
     name: str
@@ -84,7 +87,7 @@ class Effect:
     veto: Callable | None = None  # (TimeFit) -> why what was fitted is not this effect, or ""
     requires: Callable | None = None  # (setting, takes) -> reason why not, or ""
     change_model: Callable | None = None  # modal layer
-    grid: tuple = field(default_factory=tuple)  # modal layer: inner values spanning the basis
+    family: Callable | None = None  # modal layer: (body, solve) -> Family, or None
 
 
 @dataclass(eq=False)
@@ -103,3 +106,31 @@ class State:
 def refuse_nothing(setting, takes) -> str:
     """Every recording can show it."""
     return ""
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """A body that depends on a modal effect's parameters, reduced to a basis that spans them.
+
+    The basis holds modes solved at several values of the parameters (Noor and Peters, AIAA J. 18
+    (1980) 455), so that any value between costs a small dense eigenproblem.
+    """
+
+    basis: np.ndarray  # (3P, r)
+    matrices: Callable  # theta (p,) -> stiffness (r, r) at 1 Pa, mass (r, r)
+    grid: np.ndarray  # (n, p) where the search begins
+    low: np.ndarray  # (p,)
+    high: np.ndarray  # (p,)
+    report: Callable  # (theta, youngs_modulus) -> {name: value}
+    weight: Callable | None = None  # (theta, gravity) -> (3P,) N beside the body's own
+    frozen: int = 0  # leading entries of theta that are choices, not numbers
+    unknowns: int = 1
+
+
+def reduced_basis(parts: list[np.ndarray], mass) -> np.ndarray:
+    """(3P, r) mass-orthonormal basis of all columns of `parts` [(3P, n), ...]."""
+    X = np.hstack(parts)
+    X = X / np.sqrt(np.einsum("ij,ij->j", X, mass @ X))
+    w, v = np.linalg.eigh(X.T @ (mass @ X))
+    keep = w > 1e-9 * w[-1]
+    return X @ (v[:, keep] / np.sqrt(w[keep]))

@@ -32,8 +32,8 @@ def common_motion(data, residual: np.ndarray) -> np.ndarray:
     return shared
 
 
-def shaken(shared: tuple[np.ndarray, ...]) -> Effect:
-    """The motion `shared`, per take (T, C), taken off."""
+def shaken(shared: tuple[np.ndarray, ...], rms: float) -> Effect:
+    """The motion `shared`, per take (T, C), taken off; `rms` of it in m."""
     return Effect(
         name="base_motion",
         layer="camera",
@@ -42,4 +42,5 @@ def shaken(shared: tuple[np.ndarray, ...]) -> Effect:
         settle=SETTLE,
         starts=lambda setting, residual: [()],
         given=lambda take: shared[take],
+        report=lambda theta, setting, shape: {"rms": rms},
     )

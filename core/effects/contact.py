@@ -20,7 +20,7 @@ def _side(side):
     return force
 
 
-def report(theta, setting, strength):
+def report(theta, setting, shape):
     """m at the marker that moves most."""
     return {"gap": theta[0] * setting.amplitude}
 

@@ -20,7 +20,7 @@ def force(theta, setting, state):
     return -size * memory
 
 
-def report(theta, setting, strength):
+def report(theta, setting, shape):
     """N at the marker that moves most; a rub elsewhere is as much larger as it moves less."""
     stiffness = setting.modal_mass * setting.omega[0] ** 2
     return {"force": theta[0] * stiffness * setting.amplitude / setting.lever(theta[2:])}

@@ -1,6 +1,6 @@
 """Stiffness that depends on amplitude, the same both ways: stretching, or a softening gel.
 
-Law         u'' + ... + w^2 u = -(8/3) w^2 s x^3 at the reference, s the shift per metre squared
+Law         u'' + ... + w^2 u = -(8/3) w^2 s x^3 (1 + q x^2/A^2), s the shift per metre squared
 Tells       the pitch follows the amplitude squared (backbone curve); a third harmonic
 Looks like  stiffness_drift while there is one take; contact; a take of another size tells them apart
 Source      Nayfeh and Mook, Nonlinear Oscillations (1979), 2.3: df/f = 3 k3 A^2 / (8 w^2)
@@ -10,12 +10,13 @@ from .base import Effect, Parameter
 
 
 def force(theta, setting, state):
-    """Cubic force at the reference; theta = relative pitch shift at the first amplitude."""
-    cubic = state.x**3 / setting.amplitude**2
-    return -(8 / 3) * setting.omega[0] ** 2 * theta[:, 0] * cubic
+    """Odd force at its place; theta = (pitch shift at the first amplitude by x^3, q)."""
+    square = (state.x / setting.amplitude) ** 2
+    odd = state.x * square * (1 + theta[:, 1] * square)
+    return -(8 / 3) * setting.omega[0] ** 2 * theta[:, 0] * odd
 
 
-def report(theta, setting, strength):
+def report(theta, setting, shape):
     """1/m2 of the marker that moves most."""
     return {"shift_per_metre2": theta[0] / setting.amplitude**2}
 
@@ -26,9 +27,9 @@ EFFECT = Effect(
     parameters=(Parameter("shift_per_metre2", "1/m2", -1e6, 1e6),),
     twins=("stiffness_drift", "contact"),
     settle="film a second take released from half, and one from twice, the amplitude",
-    low=(-0.3,),
-    high=(1.5,),
-    starts=lambda setting, residual: [(0.03,), (-0.03,)],
+    low=(-0.3, -0.6),
+    high=(1.5, 4.0),
+    starts=lambda setting, residual: [(0.03, 0.0), (-0.03, 0.0), (0.03, 1.5)],
     force=force,
     report=report,
 )

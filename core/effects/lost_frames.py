@@ -13,7 +13,7 @@ from .base import Effect, Parameter
 MOST = 4  # jumps that are looked for; a recording with more is not worth mending
 
 
-def lost(jumps: tuple[tuple[float, float], ...]) -> Effect:
+def lost(jumps: tuple[tuple[float, float], ...], frame: float) -> Effect:
     """Known jumps (instant s, seconds gained)."""
 
     def clock(theta, setting, time):
@@ -27,6 +27,9 @@ def lost(jumps: tuple[tuple[float, float], ...]) -> Effect:
         settle="export the clip with its time stamps, or film a running clock",
         starts=lambda setting, residual: [()],
         clock=clock,
+        report=lambda theta, setting, shape: {
+            "frames": round(sum(abs(gain) for _, gain in jumps) / frame)
+        },
     )
 
 

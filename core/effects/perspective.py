@@ -22,6 +22,15 @@ def requires(setting, takes):
     return "" if takes[0].values.size and takes[0].take.recording.camera else "the tracks are 3-D"
 
 
+def report(theta, setting, shape):
+    """m: how near the camera must be for the squares to be as strong as they are."""
+    if setting.towards is None:
+        return {"distance": np.nan}
+    seen = shape[:, 0] / setting.amplitude  # per m2 of u_1
+    slope = (setting.towards @ seen) / (setting.towards @ setting.towards)
+    return {"distance": 1 / slope if slope > 0 else np.nan}
+
+
 EFFECT = Effect(
     name="perspective",
     layer="camera",
@@ -31,4 +40,5 @@ EFFECT = Effect(
     starts=lambda setting, residual: [()],
     columns=columns,
     requires=requires,
+    report=report,
 )

@@ -23,6 +23,12 @@ def starts(setting, residual):
     return [(np.log(t),) for t in np.geomspace(0.7 * period, setting.duration, 4)]
 
 
+def report(theta, setting, shape):
+    """The branch's share of the release and its own time; held long before it was let go."""
+    ratio = abs(setting.reference[0] @ shape[:, 0]) / setting.amplitude
+    return {"ratio": ratio, "time": np.exp(theta[0]) / (1 + ratio)}
+
+
 EFFECT = Effect(
     name="relaxation",
     layer="time",
@@ -33,6 +39,7 @@ EFFECT = Effect(
     high=(np.log(60.0),),
     starts=starts,
     columns=columns,
+    report=report,
     veto=lambda found: "slower than the record"
     if np.exp(found.theta[-1][0][0]) > found.law.setting.duration
     else "",

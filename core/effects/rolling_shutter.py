@@ -36,6 +36,6 @@ EFFECT = Effect(
     high=(0.5,),
     starts=lambda setting, residual: [(0.01,)],
     delay=delay,
-    report=lambda theta, setting, strength: {"readout": theta[0] * 2 * np.pi / setting.omega[0]},
+    report=lambda theta, setting, shape: {"readout": theta[0] * 2 * np.pi / setting.omega[0]},
     requires=requires,
 )

@@ -45,5 +45,5 @@ EFFECT = Effect(
     columns=columns,
     veto=veto,
     requires=lambda setting, takes: "" if setting.paired else "no degenerate pair",
-    report=lambda theta, setting, strength: {"split": abs(theta[0])},
+    report=lambda theta, setting, shape: {"split": abs(theta[0])},
 )

@@ -37,6 +37,14 @@ def starts(setting, residual):
     return [(np.log(f),) for f in found]
 
 
+def report(theta, setting, shape):
+    """Hz, and m of the support: the response taken back through the first mode."""
+    response = np.linalg.norm(setting.reference[0] @ shape)
+    r = 2 * np.pi * np.exp(theta[0]) / setting.omega[0]
+    gain = abs(1 + setting.participation * r**2 / (1 - r**2 + 2j * setting.zeta[0] * r))
+    return {"frequency": np.exp(theta[0]), "amplitude": response / gain}
+
+
 EFFECT = Effect(
     name="steady_drive",
     layer="time",
@@ -50,5 +58,5 @@ EFFECT = Effect(
     veto=lambda found: "fewer than three cycles"
     if np.exp(found.theta[-1][0][0]) * found.law.setting.duration < 3
     else "",
-    report=lambda theta, setting, strength: {"frequency": np.exp(theta[0])},
+    report=report,
 )

@@ -15,7 +15,7 @@ def acceleration(theta, setting, state):
     return -(rate * state.t)[:, None] * setting.omega**2 * state.u
 
 
-def report(theta, setting, strength):
+def report(theta, setting, shape):
     """1/s"""
     return {"rate": theta[0] / setting.duration}
 

@@ -20,7 +20,7 @@ def _bends(time, span, count):
     return np.stack([np.clip(place - k, 0, 1) for k in range(count)], axis=-1)
 
 
-def wander(marker: int) -> Effect:
+def wander(marker: int, name: str) -> Effect:
     """Slow wandering of one marker, by slopes over five equal parts of the record."""
     return Effect(
         name="tracker_drift",
@@ -31,10 +31,11 @@ def wander(marker: int) -> Effect:
         starts=lambda setting, residual: [()],
         columns=lambda theta, setting, time, u: _bends(time, setting.duration, 5),
         channels=lambda setting, take: take.marker == marker,
+        report=lambda theta, setting, shape: {"markers": [name]},
     )
 
 
-def jump(marker: int, when: float) -> Effect:
+def jump(marker: int, when: float, name: str) -> Effect:
     """A step of one marker at the instant `when` (s)."""
     return Effect(
         name="tracker_drift",
@@ -45,11 +46,12 @@ def jump(marker: int, when: float) -> Effect:
         starts=lambda setting, residual: [()],
         columns=lambda theta, setting, time, u: (time >= when)[:, :, None].astype(float),
         channels=lambda setting, take: take.marker == marker,
+        report=lambda theta, setting, shape: {"markers": [name]},
     )
 
 
-def propose(data, residual: np.ndarray) -> list[tuple[int, Effect]]:
-    """(marker, effect) worth a fit: markers whose residual (T, C) stands out from the others'."""
+def propose(data, residual: np.ndarray) -> list[Effect]:
+    """Effects worth a fit: markers whose residual (T, C) stands out from the others'."""
     size = np.array(
         [
             np.nanmean((residual[:, data.marker == m] / data.sigma[data.marker == m]) ** 2)
@@ -59,9 +61,10 @@ def propose(data, residual: np.ndarray) -> list[tuple[int, Effect]]:
     worst = np.argsort(-size)[:2]
     found = []
     for m in worst:
-        found.append((int(m), wander(int(m))))
+        name = data.take.recording.markers[m].name
+        found.append(wander(int(m), name))
         at = _best_step(residual[:, data.marker == m])
-        found.append((int(m), jump(int(m), float(data.time[at]))))
+        found.append(jump(int(m), float(data.time[at]), name))
     return found
 
 

@@ -1,0 +1,141 @@
+"""The command line, for the shell, for Blender in the background and for Blender's own command."""
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+
+from .bake import save_motion
+from .errors import CaseError, CoreError
+from .report import write_report
+
+WAIT = 1.0  # s of work before progress is shown
+
+
+def main(arguments: list[str]) -> int:
+    """Run one command. 0: done; 2: refused with one line on standard error; 130: stopped."""
+    options = _parser().parse_args(arguments)
+    try:
+        options.run(options)
+    except CoreError as error:
+        print(f"ringdown: {error}".replace("\n", " "), file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("\nringdown: stopped; nothing was written.", file=sys.stderr)
+        return 130
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="ringdown", description="Film, calibrate, bake.")
+    commands = parser.add_subparsers(required=True, metavar="command")
+    one = commands.add_parser("calibrate", help="a case in, a report out")
+    one.add_argument("case", type=Path)
+    one.add_argument("--out", type=Path, required=True, help="report.json")
+    one.add_argument("--plot", type=Path, help="picture, .png")
+    one.add_argument("--elements", type=_count, help="about how many tetrahedra")
+    one.add_argument("--element", choices=("p1", "p1_smoothed", "p2"), default="p2")
+    one.add_argument("--motion", type=Path, help="motion for a bake, .npz")
+    one.add_argument("--progress-json", action="store_true", help="progress as lines of JSON")
+    one.set_defaults(run=_calibrate)
+    two = commands.add_parser("ringdown", help="the modes of a video alone")
+    two.add_argument("video", type=Path)
+    two.add_argument("--capture-fps", type=float, required=True)
+    two.add_argument("--point", action="append", type=_pair, default=[], metavar="U,V")
+    two.add_argument("--out", type=Path, help="ringdown.json")
+    two.add_argument("--plot", type=Path, help="picture, .png")
+    two.add_argument("--magnify", type=Path, help="the first mode made visible, .mp4")
+    two.set_defaults(run=_ringdown)
+    return parser
+
+
+def _count(text: str) -> int:
+    if not text.isdigit() or not 4 <= int(text) <= 1_000_000:
+        raise argparse.ArgumentTypeError(f"{text}; a whole number of 4 to 1000000 is needed")
+    return int(text)
+
+
+def _pair(text: str) -> tuple[float, float]:
+    try:
+        u, v = (float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text}; U,V in pixels is needed") from None
+    return u, v
+
+
+def _calibrate(options) -> None:
+    from .pipeline import calibrate_case
+    from .plot import plot_calibration
+
+    for path in (options.out, options.plot, options.motion):
+        if path is not None and not path.absolute().parent.is_dir():
+            raise CaseError(f"{path}: its folder does not exist. Make it, or name another one.")
+    result = calibrate_case(
+        options.case,
+        elements=options.elements,
+        element=options.element,
+        tets=options.out.with_suffix(".npz"),
+        progress=_progress(options.progress_json),
+    )
+    if options.plot:
+        plot_calibration(result, options.plot)
+    if options.motion:
+        save_motion(
+            options.motion, result.motion, clock=result.time, measured=result.measured,
+            predicted=result.predicted,
+        )  # fmt: skip
+    write_report(result.report, options.out)
+    if not options.progress_json:
+        print(_table(result.report))
+
+
+def _table(report: dict) -> str:
+    """What was added, the held-out error, and how far that is from the noise."""
+    error, diagnosis = report["error"], report["diagnosis"]
+    lines = [f"{'model':34}{'held-out error':>15}{'over noise':>12}"]
+    for row in error["chain"]:
+        name = "as declared" if row["added"] is None else f"+ {row['added']}"
+        ratio = row["held_out"] / max(error["floor"], 1e-12)
+        lines.append(f"{name:34}{row['held_out']:15.4g}{ratio:12.3g}")
+    young = report["youngs_modulus"]["material"]
+    first = report["modes"][0]
+    lines.append(f"verdict: {diagnosis['verdict']}")
+    lines += [
+        f"  {e['name']}" + (f", or {', '.join(e['twins'])}" if e["twins"] else "")
+        for e in diagnosis["effects"]
+    ]
+    f, z = first["natural_frequency_hz"]["value"], first["damping_ratio"]["value"]
+    lines.append(f"first pitch {f:.4g} Hz, damping ratio {z:.3g}, material E {young['value']:.4g} Pa")
+    lines += [f"note: {line}" for line in report["warnings"]]
+    lines += [f"next: {line}" for line in diagnosis["advice"][:3]]
+    return "\n".join(lines)
+
+
+def _progress(as_json: bool):
+    begun, shown = time.monotonic(), [""]
+
+    def say(fraction: float, text: str) -> None:
+        if as_json:
+            print(json.dumps({"progress": round(fraction, 3), "text": text}), flush=True)
+        elif time.monotonic() - begun > WAIT and text != shown[0] and text != "Done":
+            print(f"[{100 * fraction:3.0f} %] {text}", file=sys.stderr, flush=True)
+            shown[0] = text
+
+    return say
+
+
+def _ringdown(options) -> None:
+    from .ringdown_command import ringdown_command
+
+    told = ringdown_command(
+        options.video,
+        capture_fps=options.capture_fps,
+        points=options.point,
+        out=options.out,
+        plot=options.plot,
+        magnify=options.magnify,
+        progress=_progress(False),
+    )
+    if options.out is None:
+        print(json.dumps(told, indent=1, ensure_ascii=False))

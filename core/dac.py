@@ -1,0 +1,37 @@
+"""Dynamics-aware coarsening: the Young's modulus with which this mesh rings as measured.
+
+Y = Y0 w^2 / lambda (Chen, Levin, Kaufman, Pai 2017, Dynamics-Aware Numerical Coarsening for
+Fabrication Design, section 3): w the natural, undamped angular frequency, lambda the eigenvalue
+of the mesh at Y0. It is `apparent`: another mesh of the same object needs another one. The
+`material` modulus has the mesh's own stiffening lambda / lambda_converged taken out.
+"""
+
+import numpy as np
+
+from .data import Estimate
+
+SURE = 1.959964  # standard deviations of a 95 % interval
+
+
+def youngs_modulus(natural_frequency: float, mesh_frequency: float) -> float:
+    """Pa; `mesh_frequency` is the mesh's own in Hz at 1 Pa."""
+    return (natural_frequency / mesh_frequency) ** 2
+
+
+def apparent(frequency: float, sigma: float, mesh_frequency: float) -> Estimate:
+    """Apparent modulus, Pa, from a natural frequency and its standard deviation, Hz."""
+    half = SURE * sigma
+    return Estimate(
+        youngs_modulus(frequency, mesh_frequency),
+        youngs_modulus(max(frequency - half, 0.0), mesh_frequency),
+        youngs_modulus(frequency + half, mesh_frequency),
+        "Pa",
+    )
+
+
+def material(found: Estimate, stiffening: float, sigma: float) -> Estimate:
+    """Material modulus: `found` times 1 + stiffening, the relative error `sigma` added in."""
+    value = found.value * (1 + stiffening)
+    below = np.hypot(1 - found.low / found.value, SURE * sigma / (1 + stiffening))
+    above = np.hypot(found.high / found.value - 1, SURE * sigma / (1 + stiffening))
+    return Estimate(value, value * (1 - min(below, 1.0)), value * (1 + above), "Pa")

@@ -1,0 +1,157 @@
+"""From a declared fit to a verdict: what is missing, how sure that is, and what to film next.
+
+adequate      what is left is noise, or less than half a per cent of the motion
+explained     one or two effects take nearly all of it, on held-out data too
+unexplained   something is there, and nothing known takes enough of it
+refused       the recording cannot decide
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .residual import misfit, nrmse
+from .time_layer import EVIDENCE, MATERIAL, NEARLY, Candidate, excess, judge, pairs, singles
+from .timefit import TimeFit
+
+ENOUGH = 0.80  # share of the excess that one effect must take to be the explanation
+ENOUGH_HELD = 0.70  # the same on held-out samples
+ENOUGH_BOTH = 0.88  # for two effects, which have more freedom
+SECOND = 0.6  # share of what the first leaves that a second must take
+ALIKE = 0.95  # of the best evidence: then the held-out part decides which comes first
+NOISY = 1.3  # misfit per sample above which noise alone is no explanation
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """What the time layer found. `chain[0]` is the declared fit; the last is the final one."""
+
+    verdict: str
+    chain: tuple[tuple[str | None, TimeFit], ...]
+    effects: tuple[Candidate, ...]  # one a found effect, in the order of the chain
+    twins: tuple[tuple[str, ...], ...]  # of each found effect
+    ranked: tuple[Candidate, ...]
+    minor: tuple[tuple[str, float], ...]
+
+    @property
+    def final(self) -> TimeFit:
+        return self.chain[-1][1]
+
+
+def diagnose(declared: TimeFit) -> Verdict:
+    """Name the effect, or the two, that the declared fit lacks."""
+    chain = ((None, declared),)
+    over = excess(declared)
+    ranked = tuple(singles(declared))
+    ranked = tuple(_tail_first(list(ranked)))
+    strong = [c for c in ranked if c.evidence > EVIDENCE]
+    if over < MATERIAL or (not strong and declared.chi2 < NOISY * declared.samples):
+        minor = tuple((c.names[0], gained(declared, c.found)) for c in strong)
+        return Verdict("adequate", chain, (), (), ranked, minor)
+    strong = [c for c in strong if gained(declared, c.found) >= MATERIAL]
+    if strong and sufficient(strong[0], ENOUGH):
+        return _add_second(chain, strong[0], ranked, over)
+    both = [c for c in pairs(declared, strong) if sufficient(c, ENOUGH_BOTH)]
+    if both:
+        return _two(chain, both, ranked)
+    partial = tuple(c for c in strong[:1] if c.share > 0.3 and not c.held_share < 0.3)
+    if partial:
+        chain += ((partial[0].names[0], partial[0].found),)
+    twins = tuple(twins_of(c, strong) for c in partial)
+    return Verdict("unexplained", chain, partial, twins, ranked, ())
+
+
+def _tail_first(ranked: list[Candidate]) -> list[Candidate]:
+    """Candidates as near as makes no difference in evidence go by what they predict."""
+    if not ranked or ranked[0].evidence <= EVIDENCE:
+        return ranked
+    near = [c for c in ranked if c.evidence > ALIKE * ranked[0].evidence]
+    near.sort(key=lambda c: -np.nan_to_num(c.held_share, nan=c.share))
+    return near + [c for c in ranked if c not in near]
+
+
+def gained(before: TimeFit, after: TimeFit) -> float:
+    """RMS that a fit takes away, as a share of the motion's RMS."""
+    return float(np.sqrt(max(excess(before) ** 2 - excess(after) ** 2, 0)))
+
+
+def sufficient(candidate: Candidate, enough: float) -> bool:
+    """Takes nearly all of the excess, where it was fitted and where it was held out."""
+    _, count = misfit(candidate.found.law.takes, candidate.found.predicted, False)
+    nearly = candidate.share >= enough or candidate.found.chi2 < NOISY * count
+    return nearly and not candidate.held_share < ENOUGH_HELD
+
+
+def twins_of(candidate: Candidate, others) -> tuple[str, ...]:
+    """Names of single effects whose evidence comes near the candidate's."""
+    name = candidate.names[-1]
+    return tuple(
+        c.names[-1]
+        for c in others
+        if c.names[-1] != name
+        and c.evidence >= NEARLY * candidate.evidence
+        and not c.held_share < NEARLY * min(candidate.held_share, 1.0)
+    )
+
+
+def _add_second(chain, first: Candidate, ranked, over: float) -> Verdict:
+    """The single effect, and a second one where what is left is material and one effect's."""
+    strong = [c for c in ranked if c.evidence > EVIDENCE]
+    chain += ((first.names[0], first.found),)
+    effects, twins, minor = (first,), (twins_of(first, strong),), ()
+    left = excess(first.found)
+    if left > MATERIAL and first.found.chi2 > NOISY * first.found.samples:
+        more = [c for c in singles(first.found, first.names) if c.evidence > EVIDENCE]
+        for c in more[:1]:
+            size = gained(first.found, c.found)
+            if size < max(MATERIAL, 0.1 * over):
+                minor = ((c.names[-1], size),)
+            elif c.share >= SECOND and not c.held_share < 0.5:
+                chain += ((c.names[-1], c.found),)
+                effects += (c,)
+                twins += (twins_of(c, more),)
+    return Verdict("explained", chain, effects, twins, ranked, minor)
+
+
+def _two(chain, both: list[Candidate], ranked) -> Verdict:
+    """Two effects found together, the one that does more alone first."""
+    best = both[0]
+    alone = {c.names[0]: c for c in ranked}
+    names = sorted(best.names, key=lambda n: -alone[n].evidence if n in alone else 0)
+    declared = chain[0][1]
+    middle = alone[names[0]].found if names[0] in alone else best.found
+    chain += ((names[0], middle), (names[1], best.found))
+    twins = tuple(
+        tuple(
+            {
+                n
+                for c in both
+                if other in c.names and c.evidence >= 0.9 * best.evidence
+                for n in c.names
+                if n not in names
+            }
+        )
+        for name, other in ((names[0], names[1]), (names[1], names[0]))
+    )
+    effects = tuple(judge((n,), best.found, declared) for n in names)
+    return Verdict("explained", chain, effects, twins, ranked, ())
+
+
+def probabilities(ranked, declared: TimeFit) -> list[float]:
+    """Of each candidate, tempered: a misfit's independent pieces are its cycles, not its samples.
+
+    The likelihood of a fit whose own error is unknown falls as its misfit to the power -n/2, with
+    n the cycles of the first mode in the fitted part.
+    """
+    if not ranked:
+        return []
+    cycles = declared.law.setting.omega[0] / (2 * np.pi) * declared.law.setting.duration
+    misfits = np.array([c.found.chi2 for c in ranked])
+    weight = (misfits / misfits.min()) ** (-max(cycles, 4) / 2)
+    return list(weight / weight.sum())
+
+
+def errors(found: TimeFit) -> tuple[float, float]:
+    """Held-out and fitted NRMSE."""
+    takes = found.law.takes
+    return nrmse(takes, found.predicted, True), nrmse(takes, found.predicted, False)

@@ -1,0 +1,80 @@
+"""A lumped mass that nobody declared: a marker, a load, glue.
+
+Law         M <- M + m N(x)^T N(x), x the place, N the shape functions
+Tells       every pitch drops, that of a mode with a node at x stays; under gravity the sag grows
+Looks like  graded_stiffness, compliant_pin; a take with a known mass on top settles it
+Source      Rayleigh, The Theory of Sound, vol. 1, ch. IV
+"""
+
+import numpy as np
+
+from ..data import Load
+from ..eigen import factorize
+from ..elasticity import add_loads, point_operator
+from .base import Effect, Family, Parameter, reduced_basis
+
+PLACES = 40  # on the surface, far apart
+RESPONSES = 10  # of them whose local give is in the basis
+HEAVIEST = 5.0  # times the body's own mass
+
+
+def change_model(model, theta):
+    """The same body with theta = (mass kg, x, y, z m) fixed to it."""
+    return add_loads(model, (Load(float(theta[0]), np.asarray(theta[1:4])),))
+
+
+def family(body, solve):
+    """Masses at places over the surface; theta = (place, log of mass over the body's)."""
+    model = body.model
+    places = _spread(body.case.surface.vertices, PLACES)
+    operator = point_operator(model, places)
+    free = model.free
+    factor = factorize(model.stiffness[free][:, free])
+    pushes = operator[: 3 * RESPONSES][:, free].T.toarray()
+    static = np.zeros((3 * len(model.points), pushes.shape[1]))
+    static[free] = factor.solve(pushes)
+    modes = body.modes.shapes.reshape(-1, body.modes.shapes.shape[2])
+    alive = np.linalg.norm(static, axis=0) > 0
+    basis = reduced_basis([modes, static[:, alive]], model.mass)
+    K = basis.T @ (model.stiffness @ basis)
+    M = np.eye(basis.shape[1])
+    at = (operator @ basis).reshape(len(places), 3, -1)
+    own = body.bare.mesh.volume * body.bare.material.density
+
+    def matrices(theta):
+        N = at[int(theta[0])]
+        return K, M + own * np.exp(theta[1]) * N.T @ N
+
+    sizes = np.log(np.geomspace(2e-3, 2.0, 8))
+    grid = np.array([(i, s) for i in range(len(places)) for s in sizes])
+
+    def report(theta, youngs_modulus):
+        return {"mass": own * np.exp(theta[1]), "position": places[int(theta[0])].tolist()}
+
+    def weight(theta, gravity):
+        i = 3 * int(theta[0])
+        return own * np.exp(theta[1]) * (operator[i : i + 3].T @ gravity)
+
+    low, high = np.array([0, np.log(1e-4)]), np.array([len(places) - 1, np.log(HEAVIEST)])
+    return Family(basis, matrices, grid, low, high, report, weight, frozen=1, unknowns=3)
+
+
+def _spread(vertices: np.ndarray, count: int) -> np.ndarray:
+    """(count, 3) of the vertices, each next one farthest from those before."""
+    chosen = [int(np.argmax(np.linalg.norm(vertices - vertices.mean(axis=0), axis=1)))]
+    gap = np.linalg.norm(vertices - vertices[chosen[0]], axis=1)
+    while len(chosen) < min(count, len(vertices)):
+        chosen.append(int(np.argmax(gap)))
+        gap = np.minimum(gap, np.linalg.norm(vertices - vertices[chosen[-1]], axis=1))
+    return vertices[chosen]
+
+
+EFFECT = Effect(
+    name="added_mass",
+    layer="modal",
+    parameters=(Parameter("mass", "kg", 0.0, 1e3), Parameter("position", "m", -1e3, 1e3)),
+    twins=("graded_stiffness", "compliant_pin"),
+    settle="weigh it, or hang a known mass on the same place and film again",
+    change_model=change_model,
+    family=family,
+)

@@ -1,0 +1,236 @@
+"""The verdict on the whole: what the time layer found, and what pitches and shapes say beside it."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import chi2 as chi2_law
+
+from .diagnosis import Verdict
+from .elasticity import gravity_force, static
+from .joint import Heard
+from .modal_layer import (
+    PIECES,
+    PITCH_FLOOR,
+    SHAPE_FLOOR,
+    Ground,
+    Hypothesis,
+    Measured,
+    Suspect,
+    compare,
+    suspects,
+)
+from .report import estimate
+from .residual import nrmse
+from .tell import inflation, parameters
+from .timefit import TimeFit
+
+DOUBT = 1e-3  # chance below which pitches and shapes do not fit the declared body
+EVIDENCE = 10.0  # gain in BIC (Kass and Raftery 1995: very strong)
+ENOUGH = 0.6  # share of the misfit that an effect of the body must take
+NEARLY = 0.8  # of the best one's gain makes a twin
+CLEAR = 6.0  # misfit per piece above which no known effect is a finding in itself
+PULLED = 3.0  # standard deviations beyond which a prediction keeps to the model
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """What the modal layer adds to the report."""
+
+    verdict: str
+    effects: list
+    ranking: list
+    advice: list
+    warnings: list
+    before: tuple | None = None  # (None, held-out, fit) of the declared body
+    rows: tuple = ()  # further rows of the chain
+    misfit: tuple[float, float] = (0.0, 0.0)  # of pitches and of shapes, declared body
+    mesh_pitch: dict | None = None  # computed mode -> Hz at 1 Pa with the effect
+
+    def mesh_frequency(self, own: float, j: int) -> float:
+        """Hz at 1 Pa of computed mode j with the found effect of the body in it."""
+        return own if not self.mesh_pitch else self.mesh_pitch.get(j, own)
+
+    def budget(self, shares: dict[str, float]) -> dict[str, float]:
+        """The time layer's budget with the energy that the declared body's own error adds."""
+        if self.before is None:
+            return shares
+        pitch, shape = self.misfit
+        whole = 0.5 * (pitch + shape) + 1e-300
+        body = {"frequency ratios": 0.5 * pitch / whole * 0.5, "shapes": 0.5 * shape / whole * 0.5}
+        rest = 1 - sum(body.values())
+        return {name: share * rest for name, share in shares.items()} | body
+
+
+def examine(heard: Heard, verdict: Verdict, stiff: np.ndarray, sigma: np.ndarray) -> Findings:
+    """Compare the final fit's pitches and shapes with the body's, and name what would mend them."""
+    plain = Findings(verdict.verdict, [], [], [], [])
+    condition = heard.condition[verdict.final.law.fitted[0]]
+    if heard.turns[condition] is None:
+        return plain
+    ground = _ground(heard, verdict, stiff, sigma)
+    if ground is None:
+        return plain
+    base, K = ground.base, len(ground.measured.frequency)
+    pieces = K * PIECES + (K - 1) + (ground.pull is not None)
+    plain = replace(plain, warnings=_sag_lines(ground))
+    if chi2_law.sf(base.chi2, pieces) > DOUBT:
+        return plain
+    ranked = suspects(ground, heard.body.case.declared)
+    over = base.chi2 - pieces
+    good = [
+        s
+        for s in ranked
+        if s.evidence > EVIDENCE and base.chi2 - s.hypothesis.chi2 > ENOUGH * over
+    ]
+    before = _row(None, heard, verdict, ground, base)
+    misfit = (float((base.pitch_pull**2).sum()), float(base.shape_chi2.sum()))
+    if not good:
+        if base.chi2 < CLEAR * pieces:
+            line = "Pitches or shapes differ a little from the body's; no known effect mends them."
+            return replace(plain, warnings=[*plain.warnings, line])
+        return replace(plain, verdict="unexplained", before=before, misfit=misfit)
+    best = good[0]
+    found = "unexplained" if verdict.verdict == "unexplained" else "explained"
+    return replace(
+        plain,
+        verdict=found,
+        effects=[_told(best, good, ranked)],
+        ranking=_ranking(ranked, heard, verdict, ground),
+        before=before,
+        rows=(_row(best.effect.name, heard, verdict, ground, best.hypothesis),),
+        misfit=misfit,
+        mesh_pitch=_mesh_pitch(best, heard, stiff),
+    )
+
+
+def _ground(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
+    final = verdict.final
+    data = final.law.takes[final.law.fitted[0]]
+    K, body = final.law.modes, heard.body
+    j = list(heard.match.modes)
+    spread = np.sqrt(np.maximum(np.diag(final.covariance)[:K], 0) * inflation(final))
+    error = np.sqrt(spread**2 + (0.5 * sigma[j]) ** 2 + PITCH_FLOOR**2)
+    samples = max(int(data.fit.sum()), 1)
+    size = np.abs(final.shapes).max(axis=1, keepdims=True)
+    swing = np.array([u.std() for u in final.motions[0].T])
+    noise = data.sigma / np.maximum(swing[:, None], 1e-300) / np.sqrt(samples / 2)
+    shape_error = np.hypot(noise * np.sqrt(inflation(final)), SHAPE_FLOOR * size)
+    shape_error = np.where(data.support, 1e12, shape_error)
+    sag, pull, unit = None, None, None
+    case = body.case
+    if case.shape == "unloaded" and case.takes[0].gravity is not None:
+        offset = final.coefficients[:, K * (max(heard.condition) + 1)]
+        sag = np.where(data.support, 0.0, offset - data.rest)
+        pull = gravity_force(body.model, case.takes[0].gravity)
+        unit = body.seen(data, static(body.model, pull, 1.0)[:, :, None])[0]
+    measured = Measured(final.frequency, error, final.shapes, shape_error, sag, _softer(final))
+    shrink = 1 / (1 + stiff)
+    values = (2 * np.pi * body.modes.frequency) ** 2 * shrink
+    base = compare(measured, values, body.seen(data), unit)
+    return None if base is None else Ground(body, data, measured, base, shrink, pull)
+
+
+def _softer(final: TimeFit) -> float:
+    """Static over dynamic stiffness where a relaxation was found."""
+    for i, effect in enumerate(final.law.effects):
+        if effect.name == "relaxation":
+            return 1 / (1 + parameters(final, i)["ratio"]["value"])
+    return 1.0
+
+
+def _sag_lines(ground: Ground) -> list[str]:
+    if ground.base.sag is None:
+        return []
+    at = int(np.argmax(np.abs(ground.measured.sag)))
+    name = ground.data.take.recording.markers[ground.data.marker[at]].name
+    unit = "px" if ground.data.take.recording.camera else "m"
+    return [
+        f"Sag of {name}: {abs(ground.measured.sag[at]):.4g} {unit} measured, "
+        f"{abs(ground.base.sag[at]):.4g} {unit} predicted."
+    ]
+
+
+def _row(name, heard: Heard, verdict: Verdict, ground: Ground, found: Hypothesis) -> tuple:
+    """(name, held-out, fit): the time layer's declared fit with the body's pitches and shapes."""
+    declared = verdict.chain[0][1]
+    law, data = declared.law, ground.data
+    pulls = np.abs(found.pitch_pull[: len(found.frequency)])
+    f = np.where(pulls > PULLED, found.frequency, declared.frequency)
+    bent = found.shape_chi2 > 3 * PIECES
+    shapes = np.where(bent[:, None], found.shapes, declared.shapes)
+    index = law.fitted[0]
+    free = _bound(declared, declared.frequency, declared.shapes, data)
+    change = _bound(declared, f, shapes, data) - free
+    predicted = list(declared.predicted)
+    predicted[index] = predicted[index] + change
+    return name, nrmse(law.takes, predicted, True), nrmse(law.takes, predicted, False)
+
+
+def _bound(declared: TimeFit, frequency, shapes, data) -> np.ndarray:
+    """(T, C) best linear ring-down with these pitches and shapes, fitted where it may be."""
+    z = declared.damping_ratio
+    w = 2 * np.pi * frequency
+    phase = np.outer(data.time, w * np.sqrt(1 - z**2))
+    fall = np.exp(-np.outer(data.time, z * w))
+    waves = np.hstack([fall * np.cos(phase), fall * np.sin(phase)])  # (T, 2K)
+    use = data.fit & np.isfinite(data.values).all(axis=1)
+    mean = waves[use].mean(axis=0)
+    both = np.vstack([shapes, shapes]) / data.sigma  # (2K, C)
+    y = (data.values[use] - data.values[use].mean(axis=0)) / data.sigma
+    centred = waves[use] - mean
+    gram = (centred.T @ centred) * (both @ both.T)
+    right = np.einsum("tk,tc,kc->k", centred, y, both)
+    a = np.linalg.lstsq(gram, right, rcond=None)[0]
+    return ((waves - mean) * a) @ (both * data.sigma) + data.values[use].mean(axis=0)
+
+
+def _told(best: Suspect, good: list[Suspect], ranked: list[Suspect]) -> dict:
+    gain = max(best.evidence, 1e-9)
+    twins = [s.effect.name for s in ranked[1:] if s.evidence >= NEARLY * gain]
+    twins = [name for name in twins if name != best.effect.name]
+    return {
+        "name": best.effect.name,
+        "parameters": _parameters(best),
+        "probability": _chances(ranked)[0],
+        "twins": twins,
+    }
+
+
+def _parameters(one: Suspect) -> dict:
+    """Value and the range over all grid points within the 95 % region."""
+    value = one.family.report(one.theta, one.hypothesis.modulus)
+    others = [one.family.report(theta, one.hypothesis.modulus) for theta in one.near] or [value]
+    units = {p.name: p.unit for p in one.effect.parameters}
+    out = {}
+    for name, number in value.items():
+        all_of = np.array([np.asarray(o[name], float) for o in [*others, value]])
+        low, high = all_of.min(axis=0), all_of.max(axis=0)
+        out[name] = estimate(number, low, high, units[name])
+    return out
+
+
+def _chances(ranked: list[Suspect]) -> list[float]:
+    weight = np.exp((np.array([s.evidence for s in ranked]) - ranked[0].evidence) / 4)
+    return [float(w) for w in weight / weight.sum()]
+
+
+def _ranking(ranked, heard, verdict, ground) -> list[dict]:
+    chances = _chances(ranked)
+    return [
+        {
+            "name": s.effect.name,
+            "held_out": _row(s.effect.name, heard, verdict, ground, s.hypothesis)[1],
+            "probability": p,
+        }
+        for s, p in zip(ranked, chances, strict=True)
+    ]
+
+
+def _mesh_pitch(best: Suspect, heard: Heard, stiff: np.ndarray) -> dict:
+    """Hz at 1 Pa of every measured mode's computed partner with the effect in the body."""
+    found = best.hypothesis
+    own = found.frequency / np.sqrt(found.modulus)
+    return {
+        j: float(own[k] * np.sqrt(1 + stiff[min(found.modes[k], len(stiff) - 1)]))
+        for k, j in enumerate(heard.match.modes)
+    }

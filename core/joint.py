@@ -1,0 +1,136 @@
+"""All takes of a case together: one set of modes and effects, each take with its own start."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .baseline import build_law, real_shapes, with_body
+from .body import Body, build_body
+from .channels import Channels
+from .data import Case, ElasticModel, RingDown, poles, replace
+from .listen import listen
+from .match import Match, align, has_twin, match_modes, pursue, select
+from .timefit import Law, TimeFit, fit
+
+HELD_PERIODS = 2.0  # of the first mode, from which the start of a held-out take is fitted
+
+
+@dataclass(frozen=True, eq=False)
+class Heard:
+    """The takes as channels and ring-downs, the bodies they need, and the declared fit."""
+
+    takes: tuple[Channels, ...]
+    rings: tuple[RingDown, ...]
+    condition: tuple[int, ...]  # per take: which body
+    bodies: tuple[Body, ...]
+    match: Match
+    turns: tuple[np.ndarray | None, ...]  # per body (m, K): computed modes turned to measured
+    declared: TimeFit
+
+    @property
+    def body(self) -> Body:
+        """Of the first take."""
+        return self.bodies[0]
+
+    def shapes(self, condition: int = 0) -> np.ndarray:
+        """(P, 3, K) kg^-1/2 computed shapes of the measured modes."""
+        return self.bodies[condition].modes.shapes @ self.turns[condition]
+
+
+def damping_law(declared: tuple[str, ...]) -> str:
+    """How the declared model loses energy."""
+    if "viscous_damping" in declared:
+        return "free"
+    return "common" if "structural_damping" in declared else "none"
+
+
+def hear(case: Case, bare: ElasticModel, find_release) -> Heard:
+    """Listen to every take, match its modes, and fit the declared law to those not held out.
+
+    Raises RecordingError as `listen` does.
+    """
+    pairs = [listen(take, find_release) for take in case.takes]
+    rings = tuple(ring for _, ring in pairs)
+    takes = tuple(_first_periods(d, r) if d.take.held_out else d for d, r in pairs)
+    keys = [_key(take) for take in case.takes]
+    order = list(dict.fromkeys(keys))
+    condition = tuple(order.index(key) for key in keys)
+    bodies = tuple(
+        build_body(case, bare, next(d.take for d, k in zip(takes, keys, strict=True) if k == key).loads)
+        for key in order
+    )
+    matches = {}
+    for i, data in enumerate(takes):
+        if condition[i] not in matches and not data.take.held_out:
+            matches[condition[i]] = _match(data, rings[i], bodies[condition[i]])
+    matches = _common(matches)
+    fitted = [i for i, d in enumerate(takes) if not d.take.held_out]
+    chosen = [_same_poles(takes[i], rings, i, condition, matches) for i in fitted]
+    law, start = build_law(chosen, takes, condition, damping_law(case.declared))
+    first = matches[condition[fitted[0]]]
+    law, turns = _informed(law, bodies, matches, chosen, condition)
+    paired = has_twin(first.modes, bodies[condition[fitted[0]]].modes.frequency)
+    law = replace(law, setting=replace(law.setting, paired=paired))
+    declared = fit(law, start, evaluations=60)
+    return Heard(takes, rings, condition, bodies, first, turns, declared)
+
+
+def _key(take):
+    loads = tuple((load.mass, *load.position) for load in take.loads)
+    return loads, None if take.gravity is None else tuple(take.gravity)
+
+
+def _first_periods(data: Channels, ring: RingDown) -> Channels:
+    return replace(data, fit=data.time <= HELD_PERIODS / ring.frequency[0])
+
+
+def _match(data: Channels, ring: RingDown, body: Body) -> Match:
+    chase = pursue(ring, data.time[data.fit], data.values[data.fit], data.sigma)
+    return match_modes(ring, chase, body.modes.frequency, body.seen(data))
+
+
+def _common(matches: dict[int, Match]) -> dict[int, Match]:
+    """Only the modes that every condition shows, in the order of the first."""
+    if len(matches) == 1:
+        return matches
+    first = next(iter(matches.values()))
+    shared = [j for j in first.modes if all(j in m.modes for m in matches.values())]
+    if not shared or None in shared:
+        return {c: Match(m.poles[:1], m.modes[:1]) for c, m in matches.items()}
+    return {
+        c: Match(tuple(m.poles[m.modes.index(j)] for j in shared), tuple(shared))
+        for c, m in matches.items()
+    }
+
+
+def _same_poles(data: Channels, rings, index: int, condition, matches) -> RingDown:
+    """The chosen poles of a take's condition, with the amplitudes of this take."""
+    c = condition[index]
+    source = next(i for i, other in enumerate(condition) if other == c)
+    ring = select(rings[source], matches[c].poles)
+    if source == index:
+        return ring
+    use = data.fit & np.isfinite(data.values).all(axis=1)
+    phase = np.exp(np.outer(data.time[use], poles(ring.frequency, ring.damping_ratio)))
+    basis = np.hstack([phase.real, -phase.imag, np.ones((use.sum(), 1))])
+    x, *_ = np.linalg.lstsq(basis, data.values[use], rcond=None)
+    K = len(ring.frequency)
+    return replace(ring, amplitude=x[:K] + 1j * x[K : 2 * K], offset=x[-1], t0=0.0)
+
+
+def _informed(law: Law, bodies, matches, chosen, condition):
+    """The law told of the first condition's body; the turns of every fitted condition."""
+    turns = [None] * len(bodies)
+    told = False
+    fitted = [i for i, t in enumerate(law.takes) if not t.take.held_out]
+    for ring, i in zip(chosen, fitted, strict=True):
+        c = condition[i]
+        if turns[c] is not None or None in matches[c].modes:
+            continue
+        seen = bodies[c].seen(law.takes[i])
+        measured, _ = real_shapes(ring.amplitude)
+        turns[c] = align(matches[c].modes, seen, bodies[c].modes.frequency, measured)
+        if not told:
+            law = with_body(law, bodies[c].modes.shapes @ turns[c], bodies[c], turns[c].T @ seen)
+            told = True
+    return law, tuple(turns)

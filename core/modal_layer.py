@@ -1,0 +1,217 @@
+"""Which change of the body explains the measured pitches and shapes together.
+
+Young's modulus scales all pitches alike, so it is fitted along with every hypothesis. A pitch
+counts with its own error and the model's (from mesh convergence), a shape with its noise and the
+share by which computed shapes and marker places are trusted.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.linalg import eigh
+from scipy.optimize import minimize
+
+from .body import Body
+from .channels import Channels
+from .effects import MODAL_EFFECTS
+from .effects.base import Effect, Family
+from .match import PAIR
+from .modes import solve_modes
+
+PITCH_FLOOR = 0.004  # relative error of a computed pitch that convergence does not see
+SHAPE_FLOOR = 0.02  # of a shape's largest entry
+PIECES = 6.0  # independent pieces of evidence in one shape, however many channels show it
+SAG_FLOOR = 0.05  # of the sag: geometry, density and creep
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """Pitches and shapes as they were found, and what is known of the sag."""
+
+    frequency: np.ndarray  # (K,) Hz
+    error: np.ndarray  # (K,) relative, measurement and model together
+    shapes: np.ndarray  # (K, C)
+    shape_error: np.ndarray  # (K, C)
+    sag: np.ndarray | None = None  # (C,) offset by which the weight moved the channels
+    softer: float = 1.0  # static over dynamic stiffness, where a relaxation was found
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """One body against the measurements, at its best Young's modulus."""
+
+    chi2: float
+    modulus: float  # Pa
+    modes: tuple[int, ...]  # computed partner of every measured mode
+    frequency: np.ndarray  # (K,) Hz
+    shapes: np.ndarray  # (K, C) scaled to the measured ones
+    pitch_pull: np.ndarray  # (K,) standard deviations
+    shape_chi2: np.ndarray  # (K,)
+    sag: np.ndarray | None = None  # (C,)
+
+
+@dataclass(frozen=True, eq=False)
+class Suspect:
+    """An effect of the body, fitted."""
+
+    effect: Effect
+    hypothesis: Hypothesis
+    theta: np.ndarray
+    family: Family
+    evidence: float
+    near: list = field(default_factory=list)  # other theta within the 95 % region
+
+
+def compare(measured: Measured, values, shapes, unit=None) -> Hypothesis | None:
+    """The measurements against eigenvalues (m,) at 1 Pa and shapes (m, C) as seen.
+
+    unit (C,): the sag at 1 Pa as seen, or None. None where no low mode moves as the first
+    measured one does.
+    """
+    own = np.sqrt(np.maximum(values, 1e-300)) / (2 * np.pi)
+    best = None
+    for first in range(min(len(own), 3)):
+        partners = _partners(measured, own, shapes, first)
+        if partners is None:
+            continue
+        found = _at_best_modulus(measured, own, shapes, partners, unit)
+        if best is None or found.chi2 < best.chi2:
+            best = found
+    return best
+
+
+def _partners(measured, own, shapes, first):
+    q = _span(shapes, own, first)
+    one = measured.shapes[0]
+    if ((q.T @ one) ** 2).sum() / (one @ one) < 0.4:
+        return None
+    scale = measured.frequency[0] / own[first]
+    taken = [first]
+    for k in range(1, len(measured.frequency)):
+        shape, f = measured.shapes[k], measured.frequency[k]
+        score = [
+            -np.inf
+            if j in taken
+            else ((_span(shapes, own, j).T @ shape) ** 2).sum() / (shape @ shape)
+            - abs(np.log(f / (scale * own[j])))
+            for j in range(len(own))
+        ]
+        taken.append(int(np.argmax(score)))
+    return tuple(taken)
+
+
+def _span(shapes, own, j):
+    pair = np.abs(own / own[j] - 1) < PAIR
+    return np.linalg.qr(shapes[pair].T)[0]
+
+
+def _at_best_modulus(measured, own, shapes, partners, unit):
+    ratio = np.log(measured.frequency / own[list(partners)])
+    weight = measured.error**-2
+    sag = None
+    weigh = unit is not None and measured.sag is not None
+    if weigh:
+        size = (unit @ measured.sag) / (unit @ unit) * measured.softer  # 1/Pa times softer
+        if size > 0:
+            ratio = np.r_[ratio, -0.5 * np.log(size)]
+            weight = np.r_[weight, (SAG_FLOOR / 2) ** -2]
+    log_root = (weight @ ratio) / weight.sum()
+    pull = (ratio - log_root) * np.sqrt(weight)
+    modulus = float(np.exp(2 * log_root))
+    if weigh:
+        sag = unit / modulus / measured.softer
+    fitted, chi2 = [], []
+    for k, j in enumerate(partners):
+        pair = shapes[np.abs(own / own[j] - 1) < PAIR]
+        w = 1 / measured.shape_error[k]
+        part, *_ = np.linalg.lstsq((pair * w).T, measured.shapes[k] * w, rcond=None)
+        fitted.append(part @ pair)
+        left = ((measured.shapes[k] - fitted[-1]) * w) ** 2
+        chi2.append(left.sum() * min(1.0, PIECES / (w > 1e-9).sum()))
+    return Hypothesis(
+        float((pull**2).sum() + np.sum(chi2)),
+        modulus,
+        partners,
+        own[list(partners)] * np.sqrt(modulus),
+        np.array(fitted),
+        pull,
+        np.array(chi2),
+        sag,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """What every suspect is fitted on."""
+
+    body: Body
+    data: Channels
+    measured: Measured
+    base: Hypothesis
+    shrink: np.ndarray  # (m,) converged over computed eigenvalues
+    pull: np.ndarray | None = None  # (3P,) N, the body's own weight where the sag is known
+
+
+def suspects(ground: Ground, names) -> list[Suspect]:
+    """Every modal effect not in `names`, fitted; best evidence first."""
+
+    def solve(model, count):
+        shapes = solve_modes(model, min(count, model.free.size - 1)).shapes
+        return shapes.reshape(-1, shapes.shape[2])
+
+    out = []
+    for effect in MODAL_EFFECTS:
+        if effect.name in names:
+            continue
+        family = effect.family(ground.body, solve)
+        if family is not None:
+            out.append(_fit(effect, family, ground))
+    return sorted((s for s in out if s is not None), key=lambda s: -s.evidence)
+
+
+def _fit(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
+    look = _looker(effect, family, ground)
+    costs = np.array([look(theta)[1] for theta in family.grid])
+    if not np.isfinite(costs).any():
+        return None
+    theta, n = family.grid[int(np.argmin(costs))].astype(float), family.frozen
+    if len(theta) > n:
+        scale = np.ptp(family.grid[:, n:], axis=0) / 20
+        answer = minimize(
+            lambda y: look(np.clip(np.r_[theta[:n], y * scale], family.low, family.high))[1],
+            theta[n:] / scale,
+            method="Nelder-Mead",
+            options={"maxfev": 60, "xatol": 1e-3, "fatol": 1e-3},
+        )
+        theta = np.clip(np.r_[theta[:n], answer.x * scale], family.low, family.high)
+    found, cost = look(theta)
+    if found is None:
+        return None
+    pieces = len(ground.measured.frequency) * (1 + PIECES)
+    evidence = ground.base.chi2 - found.chi2 - family.unknowns * np.log(pieces)
+    near = [t for t, c in zip(family.grid, costs, strict=True) if c < cost + 5.99]
+    return Suspect(effect, found, theta, family, float(evidence), near)
+
+
+def _looker(effect: Effect, family: Family, ground: Ground):
+    """theta -> the hypothesis there and what it costs."""
+    body, measured = ground.body, ground.measured
+    seen = body.seen(ground.data, family.basis.reshape(len(body.model.points), 3, -1)).T  # (C, r)
+    gravity = body.case.takes[0].gravity
+    count = min(len(ground.shrink), family.basis.shape[1])
+
+    def look(theta):
+        K, M = family.matrices(theta)
+        values, x = eigh(K, M, subset_by_index=[0, count - 1])
+        unit = None
+        if ground.pull is not None:
+            pull = ground.pull + (family.weight(theta, gravity) if family.weight else 0)
+            unit = seen @ np.linalg.solve(K, family.basis.T @ pull)
+        found = compare(measured, values * ground.shrink[:count], (seen @ x).T, unit)
+        if found is None:
+            return None, np.inf
+        if effect.name == "gravity_preload":  # the modulus that carries the weight is the one found
+            return found, found.chi2 + ((np.log(found.modulus) - theta[0]) / 0.02) ** 2
+        return found, found.chi2
+
+    return look

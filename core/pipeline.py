@@ -1,0 +1,158 @@
+"""The story, read top to bottom: a case in, a calibrated body, its motion and a report out."""
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from . import __version__
+from .body import bare_model
+from .case import read_case
+from .dac import apparent, material
+from .data import Case, ElasticModel, Motion, TetMesh
+from .diagnosis import Verdict, diagnose, errors
+from .elasticity import add_loads
+from .findings import Findings, examine
+from .joint import Heard, hear
+from .play import motion
+from .ringdown import find_release
+from .signatures import budget
+from .stiffening import converged_eigenvalues, stiffening
+from .tell import inflation, told_diagnosis, told_error, told_modes, told_modulus
+from .tets import kept_or_cut
+
+ELEMENTS = 1500  # tetrahedra, where none are asked for
+ELEMENT = "p2"
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """All that a calibration gives."""
+
+    case: Case
+    report: dict  # as the contract says
+    motion: Motion  # for the bake
+    time: np.ndarray  # (T,) s since the release, of the first take
+    measured: np.ndarray  # (T, n, d)
+    predicted: np.ndarray  # (T, n, d)
+    heard: Heard
+    verdict: Verdict
+    findings: Findings
+    budget_after: dict  # where the final fit's misfit sits
+    left_after: float  # its energy over that of the declared fit
+
+
+def calibrate_case(
+    path: str | Path,
+    *,
+    elements: int | None = None,
+    element: str = ELEMENT,
+    tets: str | Path | None = None,
+    progress=None,
+) -> Result:
+    """Calibrate the case at `path` with about `elements` tetrahedra.
+
+    `tets`: an .npz where the tetrahedra are kept and found again. progress(fraction, text) is
+    called as the work goes on and may raise Cancelled. Raises CoreError, one readable line.
+    """
+    begun = time.monotonic()
+    say = progress or (lambda fraction, text: None)
+    say(0.0, "Reading the case")
+    case = read_case(path, progress=lambda f, text: say(0.15 * f, text))
+    say(0.15, "Cutting the body into tetrahedra")
+    mesh, warnings = kept_or_cut(
+        case.surface, elements or ELEMENTS, tets, lambda f, text: say(0.15 + 0.25 * f, text)
+    )
+    say(0.4, "Solving the modes")
+    bare = bare_model(case, mesh, element)
+    heard = hear(case, bare, find_release)
+    say(0.5, "Looking for what the model lacks")
+    verdict = diagnose(heard.declared)
+    say(0.8, "Comparing pitches and shapes")
+    stiff, sigma = _stiffening(case, mesh, heard)
+    findings = examine(heard, verdict, stiff, sigma)
+    say(0.95, "Writing")
+    report = _report(case, mesh, heard, verdict, findings, (stiff, sigma, element))
+    report["seconds"] = time.monotonic() - begun
+    report["warnings"] = [*warnings, *_heard_warnings(case, heard), *report["warnings"]]
+    final = verdict.final
+    data = final.law.takes[final.law.fitted[0]]
+    d = data.take.recording.values.shape[2]
+    modulus = report["youngs_modulus"]["apparent"]["value"]
+    say(1.0, "Done")
+    return Result(
+        case=case,
+        report=report,
+        motion=motion(heard, final, modulus),
+        time=data.time,
+        measured=data.values.reshape(len(data.time), -1, d),
+        predicted=final.predicted[final.law.fitted[0]].reshape(len(data.time), -1, d),
+        heard=heard,
+        verdict=verdict,
+        findings=findings,
+        budget_after=budget(final),
+        left_after=final.chi2 / max(heard.declared.chi2, 1e-300),
+    )
+
+
+def _stiffening(case: Case, mesh: TetMesh, heard: Heard) -> tuple[np.ndarray, np.ndarray]:
+    """How far each eigenvalue lies above the mesh-converged one, and that number's own error."""
+
+    def build(other: TetMesh, element: str) -> ElasticModel:
+        model = bare_model(case, other, element)
+        return add_loads(model, case.takes[0].loads) if case.takes[0].loads else model
+
+    modes = heard.body.modes
+    limit = converged_eigenvalues(build, mesh, len(modes.frequency))
+    return stiffening(heard.body.model, modes, limit)
+
+
+def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dict:
+    final = verdict.final
+    stiff, sigma, element = solved
+    k = int(np.argmax([np.abs(u).max() for u in final.motions[0].T]))
+    j = heard.match.modes[k] if heard.match.modes[k] is not None else 0
+    spread = final.frequency[k] * np.sqrt(final.covariance[k, k] * inflation(final))
+    mesh_frequency = heard.body.modes.frequency[j]
+    found = apparent(final.frequency[k], spread, findings.mesh_frequency(mesh_frequency, j))
+    real = material(found, stiff[j], sigma[j])
+    held, fitted = errors(heard.declared)
+    before = findings.before or (None, held, fitted)
+    return {
+        "case": case.name,
+        "version": __version__,
+        "seconds": 0.0,
+        "mesh": {
+            "nodes": len(mesh.nodes),
+            "tets": len(mesh.tets),
+            "element": element,
+            "stiffening": float(stiff[0]),
+        },
+        "youngs_modulus": told_modulus(found, real),
+        "modes": told_modes(heard, final, found.value),
+        "error": told_error(verdict, before, findings.rows),
+        "diagnosis": told_diagnosis(
+            heard,
+            verdict,
+            {
+                "verdict": findings.verdict,
+                "effects": findings.effects,
+                "ranking": findings.ranking,
+                "advice": findings.advice,
+                "budget": findings.budget(budget(heard.declared)),
+            },
+        ),
+        "warnings": list(findings.warnings),
+    }
+
+
+def _heard_warnings(case: Case, heard: Heard) -> list[str]:
+    out = [w for take in case.takes for w in take.recording.warnings]
+    out += [w for ring in heard.rings for w in ring.warnings]
+    if None in heard.match.modes:
+        out.append(
+            "No computed mode moves as the measured one does: Young's modulus was fitted to the "
+            "first mode all the same. Check pins, marker positions and the camera."
+        )
+    return list(dict.fromkeys(out))

@@ -1,0 +1,72 @@
+"""The found motion of the whole body, as shapes and weights that a bake can play."""
+
+import numpy as np
+
+from .data import Motion
+from .elasticity import gravity_force, point_operator, static
+from .joint import Heard
+from .timefit import TimeFit, trajectories
+
+SAMPLES_PER_PERIOD = 32
+
+
+def motion(heard: Heard, found: TimeFit, youngs_modulus: float) -> Motion:
+    """Modal shapes at the artist's vertices with their weights over time, effects included.
+
+    Motions that are known at the markers only (a slow return, a drive, a second direction) are
+    spread over the body as the combination of its lowest modes that shows them best there.
+    """
+    body, law = heard.body, found.law
+    data = law.takes[law.fitted[0]]
+    top = float(found.frequency.max())
+    time = np.arange(0, data.time[-1] + 1e-12, 1 / (SAMPLES_PER_PERIOD * top))
+    time = np.r_[time, data.time[-1]] if time[-1] < data.time[-1] else time
+    u, columns = trajectories(found, time)
+    skin = point_operator(body.model, body.case.surface.vertices)
+    if heard.turns[0] is None:
+        names, shapes, weights = [], np.zeros((len(body.case.surface.vertices), 3, 0)), u[:, :0]
+    else:
+        seen = heard.turns[0].T @ body.seen(data)
+        unit = np.einsum("kc,kc->k", law.reference, seen)
+        shapes = _spread(skin, heard.shapes() / unit)
+        names = [f"mode {k + 1}: {f:.3g} Hz" for k, f in enumerate(found.frequency)]
+        weights = u
+    extra = _extra(heard, found, columns)
+    if extra is not None:
+        fields, weight, labels = extra
+        shapes = np.concatenate([shapes, _spread(skin, fields)], axis=2)
+        weights, names = np.hstack([weights, weight]), [*names, *labels]
+    case = body.case
+    if case.shape == "unloaded" and case.takes[0].gravity is not None:
+        sag = static(body.model, gravity_force(body.model, case.takes[0].gravity), youngs_modulus)
+        shapes = np.concatenate([shapes, _spread(skin, sag[:, :, None])], axis=2)
+        weights, names = np.hstack([weights, np.ones((len(time), 1))]), [*names, "sag"]
+    return Motion(tuple(names), shapes, time, weights)
+
+
+def _spread(skin, fields: np.ndarray) -> np.ndarray:
+    return (skin @ fields.reshape(-1, fields.shape[2])).reshape(-1, 3, fields.shape[2])
+
+
+def _extra(heard: Heard, found: TimeFit, columns: list):
+    """Fields (P, 3, q), weights (T, q) and names of what effects add with a shape of their own."""
+    law, body = found.law, heard.body
+    data = law.takes[law.fitted[0]]
+    conditions = max(law.condition[i] for i in law.fitted) + 1
+    at = law.modes * conditions + 1
+    seen = body.seen(data)[: max(6, law.modes)]
+    fields, weights, labels = [], [], []
+    for effect, values in columns:
+        width = values.shape[1]
+        strength = found.coefficients[:, at : at + width]
+        at += width
+        if effect.layer == "camera":
+            continue
+        ridge = 1e-4 * np.trace(seen @ seen.T) / len(seen) * np.eye(len(seen))
+        share = np.linalg.solve(seen @ seen.T + ridge, seen @ strength)
+        fields.append(body.modes.shapes[:, :, : len(seen)] @ share)
+        weights.append(values)
+        labels += [f"{effect.name} {j + 1}" if width > 1 else effect.name for j in range(width)]
+    if not fields:
+        return None
+    return np.concatenate(fields, axis=2), np.hstack(weights), labels

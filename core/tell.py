@@ -1,0 +1,157 @@
+"""Everything that was found, as the report of the contract."""
+
+import numpy as np
+
+from .advice import advise
+from .dac import SURE
+from .data import Estimate
+from .diagnosis import Verdict, errors, probabilities
+from .joint import Heard
+from .match import likeness
+from .report import estimate, estimate_of
+from .residual import noise_share
+from .timefit import TimeFit
+
+
+def inflation(found: TimeFit) -> float:
+    """What the covariance is multiplied by: misfit beyond noise is coloured, not independent.
+
+    A residual that follows the motion repeats itself within a quarter of a period, so its samples
+    count as one each such time.
+    """
+    data = found.law.takes[found.law.fitted[0]]
+    together = max(np.pi / 2 / found.law.setting.omega[0] / data.frame, 1.0)
+    return 1.0 + max(found.chi2 / max(found.samples, 1) - 1, 0.0) * together
+
+
+def told_modes(heard: Heard, found: TimeFit, modulus: float) -> list[dict]:
+    """The report's modes, strongest first."""
+    K = found.law.modes
+    sigma = np.sqrt(np.maximum(np.diag(found.covariance), 0) * inflation(found))
+    body, data = heard.body, found.law.takes[found.law.fitted[0]]
+    seen = body.seen(data)
+    size = [float(np.abs(u).max()) for u in found.motions[0].T]
+    out = []
+    for k in np.argsort([-s for s in size]):
+        f, z = found.frequency[k], found.damping_ratio[k]
+        spread = SURE * f * sigma[k], SURE * sigma[K + k]
+        j = heard.match.modes[k]
+        mac = None if j is None else likeness(found.shapes[k], seen, body.modes.frequency, j)
+        computed = None if j is None else body.modes.frequency[j] * np.sqrt(modulus)
+        out.append(
+            {
+                "natural_frequency_hz": estimate(f, f - spread[0], f + spread[0]),
+                "damping_ratio": estimate(z, max(z - spread[1], 0.0), z + spread[1]),
+                "amplitude_m": size[k],
+                "model_frequency_hz": computed,
+                "mac": None if mac is None else float(np.clip(mac, 0, 1)),
+            }
+        )
+    return out
+
+
+def told_effects(verdict: Verdict, extra: list[dict]) -> list[dict]:
+    """The report's effects: of the time layer from the final fit, then `extra` ones."""
+    out = []
+    final = verdict.final
+    own = [c.names[-1] for c in verdict.effects]
+    by_name = {e.name: i for i, e in enumerate(final.law.effects)}
+    likely = dict(
+        zip(
+            [c.names[0] for c in verdict.ranked],
+            probabilities(list(verdict.ranked), verdict.chain[0][1]),
+            strict=True,
+        )
+    )
+    for name, twins in zip(own, verdict.twins, strict=True):
+        out.append(
+            {
+                "name": name,
+                "parameters": parameters(final, by_name[name]) if name in by_name else {},
+                "probability": float(likely.get(name, 0.5)),
+                "twins": list(twins),
+            }
+        )
+    return out + extra
+
+
+def parameters(found: TimeFit, index: int) -> dict:
+    """The contract's parameters of effect number `index` with intervals by the delta method."""
+    law = found.law
+    effect, theta = law.effects[index], found.theta[index][0]
+    if effect.report is None:
+        return {}
+    shape = found.column_shapes()[index]
+    a, b, _ = law.sizes()
+    at = a + b + sum(len(t[0]) for t in found.theta[:index])
+    block = found.covariance[at : at + len(theta), at : at + len(theta)] * inflation(found)
+    value = effect.report(theta, law.setting, shape)
+    steps = 1e-4 * (1 + np.abs(theta))
+    slopes = {name: np.zeros(len(theta)) for name in value}
+    for i, step in enumerate(steps[: len(effect.low)]):
+        moved = theta.copy()
+        moved[i] += step
+        for name, other in effect.report(moved, law.setting, shape).items():
+            if isinstance(other, float | np.floating):
+                slopes[name][i] = (other - value[name]) / step
+    units = {p.name: p for p in effect.parameters}
+    return {
+        name: _told(one, slopes[name], block, units[name])
+        for name, one in value.items()
+        if not (isinstance(one, float | np.floating) and not np.isfinite(one))
+    }
+
+
+def _told(value, slope, block, parameter) -> dict:
+    if isinstance(value, list):
+        return {"value": value, "ci95": None, "unit": parameter.unit}
+    half = SURE * float(np.sqrt(max(slope @ block @ slope, 0.0)))
+    if not np.isfinite(half):
+        half = abs(float(value))
+    low, high = sorted((max(value - half, parameter.low), min(value + half, parameter.high)))
+    return estimate(float(value), float(low), float(high), parameter.unit)
+
+
+def told_error(verdict: Verdict, before: tuple, tail: list[tuple]) -> dict:
+    """The report's error: `before` replaces the declared row where the model is stiffer than that.
+
+    `tail` are rows (name, held-out, fit) of effects outside the time layer, put first.
+    """
+    rows = []
+    takes = verdict.final.law.takes
+    for name, held, fitted in (before, *tail):
+        rows.append({"added": name, "held_out": held, "fit": fitted})
+    for name, found in verdict.chain[1:]:
+        held, fitted = errors(found)
+        rows.append({"added": name, "held_out": held, "fit": fitted})
+    return {
+        "floor": noise_share(takes, True),
+        "before": rows[0]["held_out"],
+        "after": rows[-1]["held_out"],
+        "chain": rows,
+    }
+
+
+def told_diagnosis(heard: Heard, verdict: Verdict, extra: dict) -> dict:
+    """The report's diagnosis; `extra` has what the modal layer adds."""
+    effects = told_effects(verdict, extra["effects"])
+    names = [e["name"] for e in effects]
+    twins = [t for e in effects for t in e["twins"]]
+    chances = probabilities(list(verdict.ranked), verdict.chain[0][1])
+    ranking = [
+        {"name": c.names[0], "held_out": errors(c.found)[0], "probability": float(p)}
+        for c, p in zip(verdict.ranked, chances, strict=True)
+    ]
+    return {
+        "verdict": extra["verdict"],
+        "effects": effects,
+        "ranking": extra["ranking"] + ranking,
+        "budget": extra["budget"],
+        "advice": extra["advice"] + advise(names, twins, len(heard.match.modes), extra["verdict"]),
+        "minor": [{"name": n, "share": float(min(s, 1))} for n, s in verdict.minor],
+    }
+
+
+def told_modulus(apparent: Estimate, material: Estimate) -> dict:
+    """The report's two Young's moduli."""
+    return {"apparent": estimate_of(apparent), "material": estimate_of(material)}
