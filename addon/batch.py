@@ -26,10 +26,11 @@ import tomllib
 import bpy
 
 from ..core import bake
-from ..core.__main__ import main as core_main
+from ..core.command import main as core_main
 from ..core.errors import CoreError
 from ..core.surface import read_surface
 from . import write
+from .marks import RECORD
 from .mesh import new_object
 
 
@@ -70,9 +71,15 @@ def _bake(options: argparse.Namespace, motion: bake.Motion) -> None:
     if not bpy.data.filepath:
         bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     surface, names = _surface(options.case)
-    obj = _object(options.object, names) or new_object(bpy.context, names[0], surface)
+    obj = _object(options.object, names)
+    new = obj is None
+    if new:
+        obj = new_object(bpy.context, names[0], surface)
     span = write.Range(first=options.start, count=options.modes)
     write.shape_keys(obj, write.place(obj, surface, motion, span), span)
+    if new:  # nobody's frame range yet
+        bpy.context.scene.frame_start = options.start
+        bpy.context.scene.frame_end = obj[RECORD]["last"]
     target = options.bake.resolve()
     target.parent.mkdir(parents=True, exist_ok=True)
     bpy.ops.wm.save_as_mainfile(filepath=str(target), copy=True)

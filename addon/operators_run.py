@@ -1,19 +1,22 @@
 """Calibrate, and what is done with the result."""
 
 import json
+import tomllib
 from pathlib import Path
 
 import bpy
 import numpy as np
 
 from ..core.bake import load_motion, save_motion
+from ..core.camera_fields import CAMERA_FIELDS, make_camera
+from ..core.case_fields import read_table
 from ..core.data import TetMesh
 from ..core.errors import CoreError
 from ..core.tets import key, save_tets
 from . import folder as case_folder
 from . import job, keep, ready, running
 
-SURFACE, TETS = "surface.npz", "tets.npz"
+SURFACE, TETS = "surface.npz", Path(job.REPORT).with_suffix(".npz")
 
 
 class RINGDOWN_OT_calibrate(running.Running, bpy.types.Operator):
@@ -62,12 +65,30 @@ def write_result(obj: bpy.types.Object, folder: Path) -> None:
     motion, more = load_motion(folder / job.MOTION)
     with np.load(folder / SURFACE) as file:
         surface = {"vertices": file["vertices"], "faces": file["faces"].astype(np.int32)}
-    save_motion(folder / "kept.npz", motion, **(more | surface))
+    save_motion(folder / "kept.npz", motion, **surface, **followed(folder, more))
     facts = obj.ringdown.facts
     facts.motion = keep.pack_bytes((folder / "kept.npz").read_bytes())
     facts.report = text
     picture = folder / job.PICTURE
     facts.picture = keep.pack_bytes(picture.read_bytes()) if picture.is_file() else ""
+
+
+def followed(folder: Path, more: dict) -> dict:
+    """Measured and predicted markers (T, n, 3) m over time; pixels moved in the picture's plane."""
+    found = {"marker_time": more["clock"]}
+    fields = tomllib.loads((folder / case_folder.CASE).read_text(encoding="utf-8"))
+    places = np.array([marker["position"] for marker in fields["marker"]], float)
+    flat = more["measured"].shape[2] == 2
+    if flat:
+        table = read_table(fields["camera"], CAMERA_FIELDS, "[camera]")
+        camera = make_camera(table, "[camera]")
+        back = np.linalg.pinv(camera.jacobian(places))  # (n, 3, 2) metres per pixel
+    for name in ("measured", "predicted"):
+        values = more[name]
+        if flat:
+            values = places + np.einsum("nij,tnj->tni", back, values - camera.project(places))
+        found[f"marker_{name}"] = values
+    return found
 
 
 class RINGDOWN_OT_picture(bpy.types.Operator):
