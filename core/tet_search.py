@@ -10,7 +10,8 @@ from .surface import diagonal, enclosed_volume, face_areas, is_closed
 from .volume_match import has_inside, solid_volume
 
 WITHIN = 0.25  # of the number asked for
-GOOD_ENOUGH = 0.2  # stops the search; the tetrahedralizer scatters by some per cent anyway
+GOOD_ENOUGH = 0.2  # stops the search: the next run would scatter as far
+PATIENCE = 3  # runs after which any number within `WITHIN` will do
 
 
 @dataclass(frozen=True)
@@ -51,9 +52,9 @@ class Trial:
 
 
 def first_guess(size: Size, elements: int) -> tuple[float, float]:
-    """Edge length and epsilon, m; pytetwild makes 8 V / l^3 within and 2 A / l^2 outside."""
+    """Edge length and epsilon, m; pytetwild makes 8 V / l^3 within and 6 A / l^2 outside."""
     edges = np.geomspace(1e-3, 0.5, 400) * size.diagonal
-    count = 4 * size.area * size.thickness / edges**3 + 2 * size.area / edges**2
+    count = 4 * size.area * size.thickness / edges**3 + 6 * size.area / edges**2
     edge = float(np.interp(-np.log(elements), -np.log(count), edges))
     return edge, float(np.clip(0.08 * edge, 2e-4 * size.diagonal, thin_enough(size, 0.2)))
 
@@ -114,7 +115,8 @@ def off(trial: Trial, elements: int) -> float:
 
 def settled(trials: list[Trial], elements: int, tolerance: float) -> bool:
     """Whether some run has the count and the volume, or no more can be had."""
-    fits = any(off(t, elements) < GOOD_ENOUGH and right(t, tolerance) for t in trials)
+    near = GOOD_ENOUGH if len(trials) < PATIENCE else WITHIN
+    fits = any(off(t, elements) <= near and right(t, tolerance) for t in trials)
     return fits or stuck(trials, elements)
 
 

@@ -157,13 +157,13 @@ def test_the_time_limit_is_kept():
 
 def test_nothing_is_left_in_the_current_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    tetrahedralize(box((1, 1, 1)), 200)
+    tetrahedralize(box((0.1, 0.03, 0.03)), 1000)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_progress_ends_at_one():
     seen = []
-    tetrahedralize(box((1, 1, 1)), 200, progress=lambda share, text: seen.append(share))
+    tetrahedralize(box((0.1, 0.03, 0.03)), 1000, progress=lambda share, text: seen.append(share))
     assert seen == sorted(seen)
     assert seen[-1] == 1
 
