@@ -7,16 +7,17 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from .boundary import Faces, boundary, face_points
+from .boundary import boundary, face_points
 from .data import ElasticModel, Load, Material, Surface, TetMesh, replace
 from .eigen import factorize
 from .elements import ELEMENTS
-from .elements.simplex import each_axis, gradients, quadrature
+from .elements.mass import averaged, lumped
+from .elements.simplex import averages, each_axis, gradients, quadrature
 from .errors import DataError
+from .interpolate import cross_blocks, gradient_at, interpolation, patch_means, rotation_operator
 from .nearest import locate, nearest_face
 
 HAIR = 0.1  # edge lengths by which meshing may move a point off the pinned part of the surface
-PATCH = 1.2  # longest edges of the nearest triangle: how far the surface's turning is averaged
 
 
 def assemble(
@@ -25,11 +26,13 @@ def assemble(
     element: str = "p2",
     *,
     stiffness_scale: np.ndarray | None = None,
+    mass: str = "consistent",
 ) -> ElasticModel:
-    """The free body: stiffness at Y = 1 Pa, consistent mass in kg, nothing held.
+    """The free body: stiffness at Y = 1 Pa, mass in kg, nothing held.
 
-    `stiffness_scale` (T,) multiplies Young's modulus of each tetrahedron.
-    Raises DataError for an unknown element or a scale that is not positive.
+    `stiffness_scale` (T,) multiplies Young's modulus of each tetrahedron. `mass`: "consistent",
+    "lumped" (diagonal) or "averaged" (half of both). Raises DataError for an unknown element or
+    mass, or a scale that is not positive.
     """
     if element not in ELEMENTS:
         raise DataError(f'assemble: element "{element}"; one of {", ".join(ELEMENTS)} is needed.')
@@ -39,6 +42,9 @@ def assemble(
             f"assemble: stiffness_scale has shape {scale.shape}; one number above 0 for each of "
             f"{len(mesh.tets)} tetrahedra is needed."
         )
+    masses = {"consistent": lambda M: M, "lumped": lumped, "averaged": averaged}
+    if mass not in masses:
+        raise DataError(f'assemble: mass "{mass}"; one of {", ".join(masses)} is needed.')
     m = ELEMENTS[element].build(mesh, scale)
     return ElasticModel(
         mesh,
@@ -47,7 +53,7 @@ def assemble(
         m.points,
         m.shear,
         m.bulk,
-        m.mass * material.density,
+        masses[mass](m.mass) * material.density,
         np.zeros(len(m.points), bool),
     )
 
@@ -116,27 +122,6 @@ def add_loads(model: ElasticModel, loads: tuple[Load, ...]) -> ElasticModel:
     return replace(model, mass=mass.tocsr())
 
 
-def interpolation(model: ElasticModel, tet: np.ndarray, bary: np.ndarray) -> sparse.csr_matrix:
-    """(3n, 3P): displacement at barycentric coordinates `bary` (n, 4) of tetrahedra `tet` (n,)."""
-    element = ELEMENTS[model.element]
-    values, _ = element.basis(bary)
-    return each_axis(_rows(element.cells(model.mesh)[tet], values, len(model.points)))
-
-
-def gradient_at(model: ElasticModel, tet: np.ndarray, bary: np.ndarray):
-    """Points (n, k) of the tetrahedra and ∂N/∂x (n, k, 3) 1/m at these barycentric coordinates."""
-    element = ELEMENTS[model.element]
-    _, g = gradients(model.mesh.nodes, model.mesh.tets[tet])
-    return element.cells(model.mesh)[tet], element.basis(bary)[1] @ g
-
-
-def _rows(columns: np.ndarray, values: np.ndarray, count: int) -> sparse.csr_matrix:
-    """(n, count) csr with `values` (n, k) at `columns` (n, k)."""
-    n, k = columns.shape
-    starts = np.arange(0, n * k + 1, k)
-    return sparse.csr_matrix((values.ravel(), columns.ravel(), starts), shape=(n, count))
-
-
 def point_operator(model: ElasticModel, positions: np.ndarray) -> sparse.csr_matrix:
     """(3n, 3P): displacement (m) of places (n, 3) m from those of the points.
 
@@ -154,43 +139,12 @@ def point_operator(model: ElasticModel, positions: np.ndarray) -> sparse.csr_mat
     tet[off], bary[off] = skin.tet[face], skin.barycentric(face, weights)
     operator = interpolation(model, tet, bary)
     foot = np.einsum("nk,nki->ni", weights, model.mesh.nodes[skin.corners[face]])
-    turn = _patch_means(skin, face, foot) @ rotation_operator(model, skin)
-    lever = _cross_blocks(-(x[off] - foot)) @ turn
+    turn = patch_means(skin, face, foot) @ rotation_operator(model, skin)
+    lever = cross_blocks(-(x[off] - foot)) @ turn
     spread = sparse.csr_matrix(
         (np.ones(off.size), (off, np.arange(off.size))), shape=(len(x), off.size)
     )
     return (operator + each_axis(spread) @ lever).tocsr()
-
-
-def rotation_operator(model: ElasticModel, skin: Faces) -> sparse.csr_matrix:
-    """(3F, 3P): ½ curl u (rad) at the middle of each boundary triangle."""
-    middle = skin.barycentric(np.arange(len(skin.tet)), np.full((len(skin.tet), 3), 1 / 3))
-    cells, g = gradient_at(model, skin.tet, middle)
-    n, k = cells.shape
-    blocks = np.zeros((n, k, 3, 3))
-    for i, j, m in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        blocks[:, :, i, m], blocks[:, :, i, j] = g[:, :, j] / 2, -g[:, :, m] / 2
-    starts = np.arange(0, n * k + 1, k)
-    shape = (3 * n, 3 * len(model.points))
-    return sparse.bsr_matrix((blocks.reshape(-1, 3, 3), cells.ravel(), starts), shape).tocsr()
-
-
-def _patch_means(skin: Faces, face: np.ndarray, foot: np.ndarray) -> sparse.csr_matrix:
-    """(3n, 3F): means over the boundary triangles round each foot (n, 3), fading with distance."""
-    reach = PATCH * skin.longest_edge[face]
-    near = cKDTree(skin.centres).query_ball_point(foot, reach)
-    row = np.repeat(np.arange(len(foot)), [len(f) for f in near])
-    column = np.concatenate([np.asarray(f, int) for f in near])
-    gap = np.linalg.norm(foot[row] - skin.centres[column], axis=1) / reach[row]
-    weight = skin.areas[column] * (1 - gap**2)
-    weight /= np.bincount(row, weight, len(foot))[row]
-    return each_axis(sparse.csr_matrix((weight, (row, column)), shape=(len(foot), len(skin.areas))))
-
-
-def _cross_blocks(r: np.ndarray) -> sparse.bsr_matrix:
-    """(3n, 3n) block diagonal r × for r (n, 3)."""
-    blocks = np.cross(r[:, None, :], np.eye(3)).transpose(0, 2, 1)
-    return sparse.bsr_matrix((blocks, np.arange(len(r)), np.arange(len(r) + 1)))
 
 
 def gravity_force(model: ElasticModel, g: np.ndarray) -> np.ndarray:
@@ -254,7 +208,14 @@ def geometric_stiffness(model: ElasticModel, displacement: np.ndarray) -> sparse
     mesh, u = model.mesh, np.asarray(displacement, float)
     bary, weight = quadrature(3, max(0, 3 * (element.degree - 1)))
     volume, _ = gradients(mesh.nodes, mesh.tets)
-    smoothed = element.divergence(mesh) @ u.ravel() if element.divergence else None
+    smoothed = None
+    if element.domains:
+        shared = element.domains(mesh)[1]
+        mean, _ = averages(shared, volume)
+        own = _divergence(
+            gradient_at(model, np.arange(len(volume)), np.full((len(volume), 4), 0.25)), u
+        )
+        smoothed = (mean @ own)[shared].mean(axis=1)
     everyone, total = np.arange(len(mesh.tets)), 0
     for x, w in zip(bary, weight, strict=True):
         cells, g = gradient_at(model, everyone, np.broadcast_to(x, (len(mesh.tets), 4)))

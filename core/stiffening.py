@@ -15,9 +15,9 @@ from scipy.optimize import linear_sum_assignment
 
 from .data import ElasticModel, Modes, TetMesh
 from .eigen import factorize, improved_eigenpairs, lowest_eigenpairs
-from .elasticity import interpolation
 from .elements import ELEMENTS
 from .elements.simplex import gradients
+from .interpolate import interpolation
 
 BEYOND, UNSURE = 0.35, 0.3  # of λ₂ - λ₃: how far the limit lies below λ₃
 FLOOR = 1e-3  # relative: what pins and rounding of the geometry leave open

@@ -27,8 +27,8 @@ class Element:
     cells(mesh)         (T, k) the points that belong to each tetrahedron
     basis(bary)         values (n, k) and derivatives by the barycentric coordinates (n, k, 4) of
                         the k shape functions at barycentric coordinates (n, 4)
-    divergence(mesh)    csr (T, 3P) the mean dilatation that the volumetric energy sees; None where
-                        it is the interpolated one
+    domains(mesh)       (T, k) and (T, l): the domains that share each tetrahedron, over which the
+                        deviatoric and the volumetric strain are averaged; None = not averaged
     """
 
     name: str
@@ -36,4 +36,4 @@ class Element:
     build: Callable[[TetMesh, np.ndarray], Matrices]
     cells: Callable[[TetMesh], np.ndarray]
     basis: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
-    divergence: Callable[[TetMesh], sparse.csr_matrix] | None = None
+    domains: Callable[[TetMesh], tuple[np.ndarray, np.ndarray]] | None = None

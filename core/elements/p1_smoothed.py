@@ -15,17 +15,12 @@ from scipy import sparse
 from ..data import TetMesh
 from .element import Element, Matrices
 from .p1 import basis, cells, mass
-from .simplex import gradients, shear_of, tet_edges
+from .simplex import averages, gradients, shear_of, tet_edges
 
 
-def averages(domains: np.ndarray, volume: np.ndarray) -> tuple[sparse.csr_matrix, np.ndarray]:
-    """Volume-weighted means (D, T) over the tets that share a domain (T, k), volumes (D,) m3."""
-    k = domains.shape[1]
-    tets = np.repeat(np.arange(len(domains)), k)
-    share = np.repeat(volume / k, k)
-    sums = sparse.csr_matrix((share, (domains.ravel(), tets)))
-    size = np.asarray(sums.sum(axis=1)).ravel()
-    return sparse.diags(1 / np.where(size > 0, size, 1)) @ sums, size
+def domains(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray]:
+    """Edges (T, 6), over which shear is averaged, and nodes (T, 4), over which volume is."""
+    return tet_edges(mesh.tets)[1], mesh.tets
 
 
 def divergences(mesh: TetMesh, g: np.ndarray) -> sparse.csr_matrix:
@@ -50,21 +45,9 @@ def build(mesh: TetMesh, scale: np.ndarray) -> Matrices:
     """Matrices of the mesh; `scale` (T,) multiplies the stiffness of each tetrahedron."""
     volume, g = gradients(mesh.nodes, mesh.tets)
     gradient = divergences(mesh, g)
-    shear = smoothed_products(tet_edges(mesh.tets)[1], volume, gradient, scale)
-    bulk = smoothed_products(mesh.tets, volume, gradient, scale)
+    shear, bulk = (smoothed_products(d, volume, gradient, scale) for d in domains(mesh))
     bulk.sort_indices()
     return Matrices(mesh.nodes, shear_of(shear.tobsr((3, 3))), bulk, mass(mesh, volume))
 
 
-def divergence(mesh: TetMesh) -> sparse.csr_matrix:
-    """(T, 3N) 1/m: the dilatation of each tetrahedron as its four corners, smoothed, see it."""
-    volume, g = gradients(mesh.nodes, mesh.tets)
-    mean, _ = averages(mesh.tets, volume)
-    corners = sparse.csr_matrix(
-        (np.full(mesh.tets.size, 0.25), mesh.tets.ravel(), np.arange(0, mesh.tets.size + 1, 4)),
-        shape=(len(mesh.tets), mean.shape[0]),
-    )
-    return (corners @ (mean @ divergences(mesh, g))).tocsr()
-
-
-P1_SMOOTHED = Element("p1_smoothed", 1, build, cells, basis, divergence)
+P1_SMOOTHED = Element("p1_smoothed", 1, build, cells, basis, domains)

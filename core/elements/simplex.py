@@ -116,6 +116,15 @@ def each_axis(scalar: sparse.csr_matrix, d: int = 3) -> sparse.csr_matrix:
     return out
 
 
+def averages(domains: np.ndarray, volume: np.ndarray) -> tuple[sparse.csr_matrix, np.ndarray]:
+    """Volume-weighted means (D, T) over the tets that share a domain (T, k), volumes (D,) m3."""
+    k = domains.shape[1]
+    tets = np.repeat(np.arange(len(domains)), k)
+    sums = sparse.csr_matrix((np.repeat(volume / k, k), (domains.ravel(), tets)))
+    size = np.asarray(sums.sum(axis=1)).ravel()
+    return sparse.diags(1 / np.where(size > 0, size, 1)) @ sums, size
+
+
 def assemble_lagrange(
     mesh: TetMesh, element: Element, points: np.ndarray, scale: np.ndarray
 ) -> Matrices:

@@ -1,11 +1,13 @@
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 from scipy.sparse.linalg import spsolve
 
 from core.boundary import face_points
 from core.data import Material, TetMesh
+from core.eigen import lowest_eigenpairs
 from core.elasticity import assemble, hold_points
-from core.elements import ELEMENTS
+from core.elements import ELEMENTS, dg
 from core.elements.simplex import gradients, quadrature
 from core.errors import DataError
 from core.modes import solve_modes
@@ -161,3 +163,41 @@ def test_an_unknown_element_and_a_negative_scale_are_refused():
         assemble(MESH, FOAM, "p4")
     with pytest.raises(DataError, match="above 0"):
         assemble(MESH, FOAM, "p1", stiffness_scale=np.full(len(MESH.tets), -1.0))
+
+
+@pytest.mark.parametrize("kind", ["lumped", "averaged"])
+@every_element
+def test_every_kind_of_mass_is_positive_and_sums_to_the_mass(element, kind):
+    mass = assemble(MESH, FOAM, element, mass=kind).mass
+    assert mass.sum() == pytest.approx(3 * 60.0 * 0.4 * 0.2 * 0.3)
+    assert mass.diagonal().min() > 0
+
+
+def test_averaged_mass_is_far_nearer_to_the_quarter_wave_than_consistent_or_lumped():
+    excess = {}
+    for kind in ("consistent", "lumped", "averaged"):
+        model = assemble(block((8, 1, 1), (0.5, 0.1, 0.1)), Material(1.0, 0.0), "p1", mass=kind)
+        model = hold_points(model, np.flatnonzero(model.points[:, 0] == 0))
+        x = model.free[model.free % 3 == 0]  # only x is free
+        square, _ = lowest_eigenpairs(model.stiffness[x][:, x], model.mass[x][:, x], 1)
+        excess[kind] = np.sqrt(square[0]) / np.pi - 1  # exact: ω = (π/2) c / L
+    assert excess["lumped"] < 0 < excess["consistent"]
+    assert abs(excess["averaged"]) < 0.1 * excess["consistent"]
+
+
+def test_a_larger_penalty_rings_higher_and_ends_at_the_continuous_element():
+    mesh, found = block((4, 1, 1), (0.4, 0.1, 0.1)), []
+    for penalty in (6.0, 7.0, 20.0, 1e5):
+        m = dg.build(mesh, np.ones(len(mesh.tets)), penalty)
+        K = (m.shear / 2.6 + m.bulk / 1.2).toarray()
+        values = eigh(K, m.mass.toarray(), eigvals_only=True)
+        assert values[0] > -1e-6 * values[-1]
+        found.append(values[6])
+    limit = (2 * np.pi * solve_modes(assemble(mesh, Material(1.0, 0.3), "p1"), 7).frequency[6]) ** 2
+    assert found == sorted(found)
+    assert found[-1] == pytest.approx(limit, rel=1e-3)
+
+
+def test_an_unknown_mass_is_refused():
+    with pytest.raises(DataError, match='mass "heavy"'):
+        assemble(MESH, FOAM, "p1", mass="heavy")
