@@ -7,6 +7,7 @@ B-spline: shifting the picture shifts what is seen exactly, without the bias of 
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from scipy.ndimage import map_coordinates
 
@@ -15,6 +16,8 @@ from .data import seal
 RADIUS = 15  # px, half the window
 TAPER = 0.5  # outer share of the window where its weight falls to zero
 MOST_STEPS = 12
+APPROACH = 2  # of them through a coarse look
+LEAST_GAIN = 0.2  # of contrast, against the first picture
 CLOSE = 3e-3  # px, a step that ends the search
 SOFT = 0.1  # prior standard deviation of one step of the affine part, beside that of 1 px of shift
 LAGS = 4  # px, reach of the noise's correlation
@@ -87,37 +90,48 @@ def sample(grey: np.ndarray, affine: np.ndarray, place: np.ndarray) -> np.ndarra
     )
 
 
+def glance(grey: np.ndarray, affine: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """The same, bilinear and to a 32nd of a pixel: twenty times faster, good enough to approach."""
+    seen = (np.einsum("nij,gj->nig", affine, GRID) + place[:, :, None]).astype(np.float32)
+    u, v = seen[:, 0], seen[:, 1]
+    return cv2.remap(grey, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(u.dtype)
+
+
 def refine(first: Templates, grey: np.ndarray, affine: np.ndarray, place: np.ndarray) -> Fit:
     """The windows of `first` in the picture `grey`, searched from affine (n, 2, 2), place (n, 2).
 
     W(x) = A x + t,  W <- W o dW^-1  with  dW(x) = (I + D) x + d  the step that least squares give.
     """
-    affine, place = affine.copy(), place.copy()
     n = len(place)
-    step, gain = np.full(n, np.inf), np.ones(n)
-    left = np.empty_like(first.values)
+    affine, place = affine.copy(), place.copy()
+    theta, step = np.zeros((n, 8)), np.full(n, np.inf)
     seen = np.empty_like(first.values)
     going = np.arange(n)
-    for _ in range(MOST_STEPS):
-        seen[going] = sample(grey, affine[going], place[going])
-        difference = seen[going] - first.values[going]
-        theta = (first.solve[going] @ difference[..., None])[..., 0].astype(float)
-        left[going] = difference - (first.columns[going] @ theta[..., None])[..., 0]
-        gain[going] = np.clip(1 + theta[:, 6], 0.2, 5)
-        change = np.clip(theta[:, :6] / gain[going, None], -5, 5)
-        back = np.linalg.inv(np.eye(2) + np.clip(change[:, 2:].reshape(-1, 2, 2), -0.3, 0.3))
-        affine[going] = affine[going] @ back
-        place[going] -= (affine[going] @ change[:, :2, None])[..., 0]
-        step[going] = np.linalg.norm(change[:, :2], axis=1)
-        going = going[step[going] > CLOSE]
-        if not len(going):
+    for k in range(MOST_STEPS):
+        which = slice(None) if len(going) == n else going
+        look = glance if k < APPROACH else sample
+        seen[which] = look(grey, affine[which], place[which])
+        difference = seen[which] - first.values[which]
+        theta[which] = (first.solve[which] @ difference[..., None])[..., 0]
+        change = theta[which, :6] / np.clip(1 + theta[which, 6:7], LEAST_GAIN, 1 / LEAST_GAIN)
+        back = np.eye(2) + np.clip(change[:, 2:].reshape(-1, 2, 2), -0.3, 0.3)
+        affine[which] = affine[which] @ np.linalg.inv(back)
+        place[which] -= (affine[which] @ np.clip(change[:, :2, None], -5, 5))[..., 0]
+        step[which] = np.linalg.norm(change[:, :2], axis=1)
+        if k >= APPROACH and not len(going := going[step[going] > CLOSE]):
             break
+    left = seen - first.values - (first.columns @ theta[..., None].astype(np.float32))[..., 0]
+    power, match = _likeness(first, seen, left)
+    return Fit(affine, place, power, np.where(1 + theta[:, 6] > LEAST_GAIN, match, 0), left, step)
+
+
+def _likeness(first: Templates, seen, left) -> tuple[np.ndarray, np.ndarray]:
+    """Residual rms (n,) grey levels and share (n,) of the contrast that the template explains."""
     total = first.weight.sum(1)
     middle = (first.weight * seen).sum(1) / total
     power = (first.weight * left**2).sum(1) / total
     contrast = (first.weight * (seen - middle[:, None]) ** 2).sum(1) / total
-    match = np.where(gain > 0.21, 1 - power / np.maximum(contrast, 1e-6), 0)
-    return Fit(affine, place, np.sqrt(power), match, left, step)
+    return np.sqrt(power), 1 - power / np.maximum(contrast, 1e-6)
 
 
 def positions(first: Templates, fit: Fit) -> np.ndarray:

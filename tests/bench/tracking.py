@@ -100,9 +100,8 @@ def main(frames: int) -> None:
             spent = 1e3 * (time.process_time() - spent) / frames
             rates.append(frames / (time.perf_counter() - begin))
             error = np.sqrt(np.nanmean((values - truth[: len(values)]) ** 2))
-            print(
-                f"{name:26s} {rates[-1]:7.0f} frames/s  {spent:5.1f} ms CPU each  {error:.4f} px RMS"
-            )
+            says = f"{rates[-1]:7.0f} frames/s  {spent:5.1f} ms CPU each  {error:.4f} px RMS"
+            print(f"{name:26s} {says}")
         print(f"ratio to Lucas-Kanade alone {rates[-1] / rates[0]:.2f}")
         print(f"ratio to it with ECC        {rates[-1] / rates[1]:.2f}")
 
