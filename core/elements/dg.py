@@ -1,7 +1,7 @@
 """Linear discontinuous Galerkin with a symmetric interior penalty: every tetrahedron on its own.
 
-On the faces between tetrahedra, n from the first to the second, [u] the jump and {·} the mean:
-- ∫ {σ(u) n}·[v] - ∫ {σ(v) n}·[u] + (η/h) ∫ 2μ [u]·[v] + κ [u]·n [v]·n, h the lower height on the face.
+A face between two tetrahedra, n from the first to the second, adds with the jump [u] and mean {·}
+- ∫ {σ(u) n}·[v] - ∫ {σ(v) n}·[u] + (η/h) ∫ 2μ [u]·[v] + κ [u]·n [v]·n, h the lower height on it.
 η > 6 suffices for a positive matrix (four faces, half of each stress, h ≤ 3 V/A). Penalty is
 stiffness: a larger η rings higher, and as η grows the element becomes `p1`, locking and all.
 Its points are the corners of each tetrahedron, not the mesh's nodes.
@@ -53,11 +53,9 @@ def face_blocks(mesh: TetMesh, scale: np.ndarray, penalty: float) -> tuple[np.nd
     """Shear and bulk blocks (F, 8, 8, 3, 3) of inner faces, on the points of both sides."""
     sides, opposite = inner_faces(mesh)
     volume, g = gradients(mesh.nodes, mesh.tets)
-    out = -np.take_along_axis(g[sides], opposite[:, :, None, None], axis=2)[
-        :, :, 0
-    ]  # outward / height
-    steep = np.linalg.norm(out, axis=2)  # (F, 2) 1/height
-    n = out[:, 0] / steep[:, :1]
+    outward = -np.take_along_axis(g[sides], opposite[:, :, None, None], axis=2)[:, :, 0]
+    steep = np.linalg.norm(outward, axis=2)  # (F, 2) 1/height
+    n = outward[:, 0] / steep[:, :1]
     area = 3 * volume[sides[:, 0]] * steep[:, 0]
     on = np.arange(4) != opposite[:, :, None]
     sign = (on * np.array([1.0, -1.0])[None, :, None]).reshape(-1, 8)
