@@ -212,25 +212,30 @@ def improved_eigenpairs(
 
     Source: Knyazev, Toward the optimal preconditioned eigensolver (LOBPCG), SISC 23 (2001).
     """
-    values, x, _ = _rayleigh_ritz(K, M, x, x.shape[1])
-    step = np.empty((len(x), 0))
+    count = x.shape[1]
+    spaces = (x, K @ x, M @ x)  # what spans the search, and K and M times it
+    values, y = _rayleigh_ritz(*spaces, count)
+    x, Kx, Mx = (S @ y for S in spaces)
+    steps_back = tuple(np.empty((len(x), 0)) for _ in range(3))
     for _ in range(steps):
-        residual = K @ x - (M @ x) * values
-        trial = np.column_stack([x, precondition(residual), step])
-        values, best, y = _rayleigh_ritz(K, M, trial, x.shape[1])
-        step = trial[:, x.shape[1] :] @ y[x.shape[1] :]
-        x = best
+        w = precondition(Kx - Mx * values)
+        spaces = tuple(
+            np.column_stack(parts)
+            for parts in zip((x, Kx, Mx), (w, K @ w, M @ w), steps_back, strict=True)
+        )
+        values, y = _rayleigh_ritz(*spaces, count)
+        steps_back = tuple(S[:, count:] @ y[count:] for S in spaces)
+        x, Kx, Mx = (S @ y for S in spaces)
     return values, x
 
 
-def _rayleigh_ritz(K, M, S, count):
-    """Lowest `count` Ritz values, vectors, and their coefficients in the columns of S."""
-    size = 1 / np.sqrt(np.maximum(np.einsum("nk,nk->k", S, M @ S), 1e-300))
-    gram = (S.T @ (M @ S)) * np.outer(size, size)
+def _rayleigh_ritz(S, KS, MS, count):
+    """Lowest `count` Ritz values and their coefficients in the columns of S (n, k)."""
+    size = 1 / np.sqrt(np.maximum(np.einsum("nk,nk->k", S, MS), 1e-300))
+    gram = (S.T @ MS) * np.outer(size, size)
     values, vectors = np.linalg.eigh((gram + gram.T) / 2)
     keep = values > 1e-12 * values[-1]
     basis = size[:, None] * vectors[:, keep] / np.sqrt(values[keep])
-    reduced = basis.T @ (S.T @ (K @ S)) @ basis
+    reduced = basis.T @ (S.T @ KS) @ basis
     ritz, y = np.linalg.eigh((reduced + reduced.T) / 2)
-    coefficients = basis @ y[:, :count]
-    return ritz[:count], S @ coefficients, coefficients
+    return ritz[:count], basis @ y[:, :count]
