@@ -15,6 +15,7 @@ from ..core.tetwild import python
 
 ROOT = Path(__file__).resolve().parents[1]
 REPORT, MOTION, PICTURE = "report.json", "motion.npz", "report.png"
+REFUSED = 2  # the command line's status for an input that it will not take
 PATIENCE = 0.5  # s that a child has to end itself before it is killed
 
 
@@ -84,8 +85,9 @@ class Job:
         if status < 0 or (os.name == "nt" and status == signal.SIGTERM):
             raise Cancelled("Calibration: stopped. Nothing was changed.")
         if status:
-            lines = [line for line in self._errors if line.strip()]
-            raise JobError(lines[-1].strip() if lines else f"Calibration: it ended with {status}.")
+            lines = [line.strip() for line in self._errors if line.strip()]
+            last = lines[-1].removeprefix("ringdown: ") if lines else f"status {status}"
+            raise JobError(last if status == REFUSED else f"The work broke off: {last}")
 
     def stop(self) -> None:
         """Ask the child and all that it started to end; insist when asked again. Never waits."""

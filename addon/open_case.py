@@ -1,5 +1,6 @@
 """A case folder as an object of the scene, ready to calibrate."""
 
+import math
 import tomllib
 from pathlib import Path
 
@@ -65,12 +66,6 @@ def _fill(obj: bpy.types.Object, fields: dict, path: Path, pinned: np.ndarray) -
     recording.case_file = str(path)
     recording.gravity = body["gravity"] is not None
     recording.unloaded = body["shape"] == "unloaded"
-    if given["capture_fps"]:
-        recording.capture_fps = given["capture_fps"]
-    for name in ("start", "stop"):
-        if given[name] is not None:
-            setattr(recording, name, given[name])
-    recording.own_range = given["start"] is not None and given["stop"] is not None
     if given["video"]:
         recording.source = "VIDEO"
         recording.clip = _clip(path.parent / given["video"], fields["marker"])
@@ -84,6 +79,11 @@ def _fill(obj: bpy.types.Object, fields: dict, path: Path, pinned: np.ndarray) -
     note(recording, seen)
     if given["capture_fps"]:
         recording.capture_fps = given["capture_fps"]
+        recording.seconds = recording.frames / given["capture_fps"]
+    if given["start"] is not None:
+        end = recording.seconds - 1 / recording.capture_fps if seen.time is None else seen.time[-1]
+        recording.own_range, recording.start = True, given["start"]
+        recording.stop = given["stop"] or math.floor(end * 1e4) / 1e4
 
 
 def _only(seen: film.Seen, names: list[str]) -> film.Seen:

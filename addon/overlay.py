@@ -13,7 +13,7 @@ from . import keep, read, ready
 SKIN, INSIDE, PINS = (0.1, 0.8, 1.0, 0.7), (0.1, 0.8, 1.0, 0.06), (1.0, 0.45, 0.1, 1.0)
 LIFT = 1.004  # drawn this much larger about the middle, so as not to sink into the surface
 MEASURED, PREDICTED = (1.0, 1.0, 1.0, 1.0), (0.2, 1.0, 0.4, 1.0)
-SIZE = 7.0  # px
+SIZE, PIN = 7.0, 4.0  # px
 EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 FACES = ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))
 _handle = None
@@ -75,7 +75,7 @@ def _pinned(obj: bpy.types.Object) -> None:
         shader = gpu.shader.from_builtin("UNIFORM_COLOR")
         kept = (made_of, shader, batch_for_shader(shader, "POINTS", {"pos": places}))
         _pins[obj.session_uid] = kept
-    gpu.state.point_size_set(SIZE)
+    gpu.state.point_size_set(PIN)
     gpu.state.depth_test_set("NONE")
     kept[1].uniform_float("color", PINS)
     kept[2].draw(kept[1])

@@ -91,9 +91,8 @@ class RINGDOWN_PT_object(SubStep, bpy.types.Panel):
         system = context.scene.unit_settings.system
         metre = context.scene.unit_settings.scale_length if system != "NONE" else 1.0
         system = "METRIC" if system == "NONE" else system
-        size = (units.to_string(system, "LENGTH", d * metre, precision=3) for d in obj.dimensions)
         column = layout.column(align=True)
-        fact(column, "Size", " × ".join(size))
+        fact(column, "Size", words.size([d * metre for d in obj.dimensions], system))
         if not facts.look or ready.stale(obj, facts.look):
             layout.operator("ringdown.measure", text="Measure Volume and Mass")
             return
@@ -199,7 +198,15 @@ class RINGDOWN_PT_recording(SubStep, bpy.types.Panel):
     def points(self, context, layout, obj):
         row = layout.row()
         row.template_list(
-            "RINGDOWN_UL_points", "", obj.ringdown, "points", obj.ringdown, "point", rows=3
+            "RINGDOWN_UL_points",
+            "",
+            obj.ringdown,
+            "points",
+            obj.ringdown,
+            "point",
+            rows=3,
+            maxrows=4,
+            maxrows=4,
         )
         layout.operator("ringdown.place", icon="RESTRICT_SELECT_OFF")
         needs(layout, ready.for_points(context))

@@ -3,6 +3,7 @@
 import json
 from functools import lru_cache
 
+UNITS = ((1.0, "m"), (0.01, "cm"), (0.001, "mm"))
 VERDICTS = {
     "adequate": ("CHECKMARK", "Nothing is missing: what is left is noise"),
     "explained": ("INFO", "Something was missing, and is found"),
@@ -32,6 +33,16 @@ def modulus(estimate: dict) -> str:
     if estimate["value"] >= 1e6:
         return f"{number(estimate, 1e-6)} MPa"
     return f"{number(estimate, 1e-3)} kPa"
+
+
+def size(metres: list[float], system: str) -> str:
+    """Three lengths with their unit said once."""
+    largest = max(metres)
+    if system == "IMPERIAL":
+        unit, name = (0.3048, "ft") if largest >= 0.3048 else (0.0254, "in")
+    else:
+        unit, name = next(u for u in UNITS if largest >= u[0] or u == UNITS[-1])
+    return " × ".join(f"{x / unit:.3g}" for x in metres) + f" {name}"
 
 
 def name(effect: str) -> str:
