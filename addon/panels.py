@@ -206,7 +206,6 @@ class RINGDOWN_PT_recording(SubStep, bpy.types.Panel):
             "point",
             rows=3,
             maxrows=4,
-            maxrows=4,
         )
         layout.operator("ringdown.place", icon="RESTRICT_SELECT_OFF")
         needs(layout, ready.for_points(context))

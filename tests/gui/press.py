@@ -10,7 +10,6 @@ an error when a press has not done what it should, so that a moved button is not
 
 import os
 import pathlib
-import time
 
 import bpy
 
