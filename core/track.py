@@ -133,7 +133,7 @@ class _Seen:
 def _follow_all(video, first: Templates, opening, limits, report) -> _Seen:
     capture_fps, stop = limits
     seen = _Seen(*([] for _ in range(6)))
-    state = begin(first)
+    state = begin(first, opening)
     for frame in read_frames(video):
         state = follow(first, opening, frame.grey, state)
         _keep(seen, frame, first, state)

@@ -7,10 +7,12 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
+from .track_points import picture_noise
 from .track_template import GRID, RADIUS, SIDE, Fit, Templates, inside_picture, refine
 
 LEVELS = 3  # of the pyramid
-LEAST_MATCH = 0.5  # share of a window's contrast that must be explained, however noisy the clip
+LEAST_MATCH = 0.15  # share of a window's contrast that must be explained, however noisy the clip
+MOST_NOISE = 0.8  # share of it that may be noise to begin with
 WORSE = 6.0  # times the usual unexplained share: something is in front of the point
 SLACK = 0.03  # of the contrast, on top of that
 MEMORY = 0.1  # share of the new frame in the running mean of the unexplained share
@@ -30,13 +32,19 @@ class State:
     lost_for: np.ndarray  # (n,) frames
 
 
-def begin(first: Templates) -> State:
-    """The points where they were picked."""
+def begin(first: Templates, opening: np.ndarray) -> State:
+    """The points where they were picked, in the picture `opening`.
+
+    How much noise will leave unexplained is guessed from that picture alone, and soon learned.
+    """
     n = len(first.points)
     identity = np.tile(np.eye(2), (n, 1, 1))
     zeros = np.zeros(n)
     fit = Fit(identity, first.centre.copy(), zeros, zeros + 1, np.zeros((n, len(GRID))), zeros)
-    return State(fit, np.ones(n, bool), np.full(n, np.nan), np.zeros(n, int))
+    middle = np.average(first.values, axis=1, weights=first.weight)[:, None]
+    contrast = np.average((first.values - middle) ** 2, axis=1, weights=first.weight)
+    usual = np.clip(2 * picture_noise(opening) ** 2 / np.maximum(contrast, 1e-6), 0, MOST_NOISE)
+    return State(fit, np.ones(n, bool), usual, np.zeros(n, int))
 
 
 def follow(first: Templates, opening: np.ndarray, grey: np.ndarray, state: State) -> State:
@@ -92,8 +100,8 @@ def _part(state: State, which) -> State:
 
 def _itself(first: Templates, fit: Fit, state: State, shape) -> np.ndarray:
     """(n,) bool: the window still shows what it showed, undistorted, inside the picture."""
-    allowed = np.where(np.isnan(state.usual), 1, WORSE * state.usual + SLACK)
-    same = (fit.match > LEAST_MATCH) & (1 - fit.match < allowed)
+    least = np.maximum(LEAST_MATCH, (1 - state.usual) / 2)
+    same = (fit.match > least) & (1 - fit.match < WORSE * state.usual + SLACK)
     stretch = np.linalg.svd(fit.affine, compute_uv=False)
     whole = (stretch[:, 0] < LARGEST_STRETCH) & (stretch[:, 1] > 1 / LARGEST_STRETCH)
     settled = fit.step < UNSETTLED
@@ -117,9 +125,7 @@ def _search(first: Templates, grey, k, last) -> np.ndarray:
 
 def _next(state: State, fit: Fit, good) -> State:
     unexplained = 1 - fit.match
-    mean = np.where(
-        np.isnan(state.usual), unexplained, state.usual + MEMORY * (unexplained - state.usual)
-    )
+    mean = state.usual + MEMORY * (unexplained - state.usual)
     keep = {"affine": state.fit.affine, "place": state.fit.place}
     last = {
         name: np.where(good.reshape(-1, *[1] * (old.ndim - 1)), getattr(fit, name), old)
