@@ -16,9 +16,12 @@ RISES = 3.0  # energy over the least since the release, above which something st
 SUNK = 0.1  # energy over that of noise at which a ring-down has ended
 TAIL = 2  # periods that are kept after it has
 GLITCH = 6.0  # of the median speed squared about it: more is a tracker's jump, not motion
-LISTENED = 12  # periods that show what the free motion is like
+LISTENED = 8  # periods that show what the free motion is like
+MOST_MODES = 6  # that tell free motion from held
+ROUNDS = 3  # of looking for an earlier beginning with the poles that the last one showed
 PERIODS = 3  # after an instant, that must look like ringing for it to be free
 ROUGH = 2.5  # misfit over that of motion surely free, above which an instant is not
+COARSE = 0.03  # of the motion: a misfit below it may be modes too brief to be known
 SIGMAS = 4.0  # the same where the misfit is no more than noise
 
 
@@ -101,14 +104,27 @@ def _end(energy: np.ndarray, peak: int, period: int, sunk: float) -> int:
 
 
 def _begin(even: np.ndarray, peak: int, last: int, period: int) -> int:
-    """The first frame of the ring-down: from there on it rings as it does later."""
-    settled = min(peak + period // 2, max(peak, last - 4 * period))
+    """The first frame of the ring-down: from there on it rings as it does later.
+
+    What rings briefly is only known once the beginning is, so the step is repeated.
+    """
+    first = min(peak + period // 2, max(peak, last - 4 * period))
+    for _ in range(ROUNDS):
+        earlier = _earlier(even, first, last, period)
+        if earlier >= first:
+            break
+        first = earlier
+    return first
+
+
+def _earlier(even: np.ndarray, settled: int, last: int, period: int) -> int:
+    """The earliest frame from which on the motion rings as it does after the frame `settled`."""
     free = even[settled : min(last, settled + max(LISTENED * period, 4 * FEWEST_FRAMES)) + 1]
     if len(free) < FEWEST_FRAMES:
-        return peak
-    found = invert(np.arange(len(free)) + 0.0, free, max_modes=4)
+        return settled
+    found = invert(np.arange(len(free)) + 0.0, free, max_modes=MOST_MODES)
     if not len(found.frequency):
-        return peak
+        return settled
     p = poles(found.frequency, found.damping_ratio)
     ringing = varpro.Poles(-p.real, p.imag, np.zeros(0))
     reach = min(PERIODS * period, last - settled)
@@ -116,13 +132,14 @@ def _begin(even: np.ndarray, peak: int, last: int, period: int) -> int:
     phi = np.hstack([varpro.basis(t, ringing), np.ones((reach + 1, 1)), t[:, None]])
     u, s, _ = np.linalg.svd(phi / np.linalg.norm(phi, axis=0), full_matrices=False)
     u = u[:, s > 1e-9 * s[0]]
-    starts = np.arange(max(0, peak - 3 * period), min(settled + period, last - reach) + 1)
+    starts = np.arange(max(0, settled - 3 * period), min(settled + period, last - reach) + 1)
     near = max(3, period // 4)
     misfit = np.array([_misfit(even[k : k + reach + 1], u, near) for k in starts])
     sure = starts >= settled
     usual = max(np.median(misfit[sure]) if sure.any() else misfit.min(), 1.0)
     chance = 1 + SIGMAS / np.sqrt(2 * near * even.shape[1])
     allowed = chance if usual < chance else ROUGH * usual
+    allowed = max(allowed, COARSE * float(np.sqrt(np.mean(np.var(free[:reach], axis=0)))))
     bad = np.flatnonzero((misfit > allowed) & (starts < settled))
     return int(starts[bad[-1] + 1]) if len(bad) else int(starts[0])
 
