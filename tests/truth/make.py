@@ -326,6 +326,7 @@ def truth_of(kind, seed, stage, planted, strengths, shot, sigma, error) -> dict:
         "effects": list(facts),
         "parameters": facts,
         "youngs_modulus": body.young,
+        "youngs_modulus_dynamic": body.young * (1 + facts.get("relaxation", {}).get("ratio", 0.0)),
         "poisson_ratio": body.poisson,
         "frequency_hz": system.frequency[:6].tolist(),
         "damping_ratio": stage.ratio[:6].tolist(),
