@@ -59,7 +59,7 @@ def tetrahedralize(
 
     Runs pytetwild in a child process, a few times with other edge lengths. Where the object's
     detail allows no such number, the nearest one reached; look at the report's `tets`. Not
-    deterministic: keep what it returns (`save_tets`). Raises MeshError, one line, for a surface
+    deterministic: keep what it returns (tets.py). Raises MeshError, one line, for a surface
     without inside, a crash, or after `time_limit` s; Cancelled soon after cancelled() is true.
     """
     if elements < 1:

@@ -65,7 +65,9 @@ def run_tetwild(
         folder = Path(name)
         vertices, faces = np.array(surface.vertices), np.array(surface.faces, np.int32)
         np.savez(folder / "input.npz", vertices=vertices, faces=faces)
+        seconds = 0.0 if deadline is None else max(deadline - time.monotonic(), 0.0) + 5
         settings = {"edge_length": edge_length, "epsilon": epsilon, "threads": 1}
+        settings["seconds"] = seconds  # should nobody be there to stop it
         (folder / "settings.json").write_text(json.dumps({**settings, "paths": sys.path}))
         with (folder / "chatter.txt").open("wb") as chatter:
             child = subprocess.Popen(

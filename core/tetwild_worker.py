@@ -1,10 +1,14 @@
 """The one file that imports pytetwild; run by path in a child process, never imported.
 
-Its folder holds input.npz (vertices, faces) and settings.json (paths, edge_length, epsilon); it
-leaves output.npz (nodes, tets) or error.txt there. Exit status 3: pytetwild cannot be imported.
+Its folder holds input.npz (vertices, faces) and settings.json (paths, edge_length, epsilon,
+threads, seconds it may take); it leaves output.npz (nodes, tets) or error.txt there. Exit
+status 3: pytetwild cannot be imported; 4: it found nothing.
 """
 
+import ctypes
+import faulthandler
 import json
+import signal
 import sys
 import types
 from pathlib import Path
@@ -23,8 +27,21 @@ def import_pytetwild():
     return pytetwild
 
 
+def die_with_parent(seconds: float) -> None:
+    """End when the parent is killed (Linux, at once), and after `seconds` at the latest.
+
+    Neither needs the GIL, which pytetwild holds for minutes: a thread in Python would not do.
+    """
+    if seconds > 0:
+        faulthandler.dump_traceback_later(seconds, exit=True)
+    if sys.platform.startswith("linux"):
+        set_death_signal = 1  # PR_SET_PDEATHSIG
+        ctypes.CDLL(None).prctl(set_death_signal, int(signal.SIGKILL), 0, 0, 0)
+
+
 def main(folder: Path) -> int:
     settings = json.loads((folder / "settings.json").read_text())
+    die_with_parent(settings["seconds"])
     sys.path.extend(p for p in settings["paths"] if p not in sys.path)
     try:
         import numpy as np

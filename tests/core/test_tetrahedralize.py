@@ -1,5 +1,6 @@
 """Tetrahedra: their number, their volume, and every way in which cutting can fail."""
 
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -10,7 +11,6 @@ import pytest
 from core import tetwild
 from core.data import Surface, tet_volumes
 from core.errors import Cancelled, MeshError
-from core.kept_tets import load_tets, save_tets, tets_key
 from core.surface import closest_point, diagonal, enclosed_volume
 from core.tetrahedralize import tet_quality, tetrahedralize
 from core.tetwild import run_tetwild
@@ -143,6 +143,28 @@ def test_it_stops_within_a_second_of_cancel_and_leaves_no_child(tmp_path):
     assert not Path(f"/proc/{pid.read_text() or '0'}").exists()
 
 
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="asks Linux for its processes")
+def test_the_child_does_not_outlive_a_parent_that_was_killed(tmp_path):
+    code = (
+        f"import sys; sys.path[:0] = {sys.path!r}; sys.path.insert(0, {str(Path.cwd())!r})\n"
+        f"sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
+        "from surfaces import scan\nfrom core.tetrahedralize import tetrahedralize\n"
+        "tetrahedralize(scan(5), 50000)"
+    )
+    parent = subprocess.Popen([sys.executable, "-c", code], cwd=tmp_path)
+    children = Path(f"/proc/{parent.pid}/task/{parent.pid}/children")
+    give_up = time.monotonic() + 20
+    while not (found := children.read_text().split()) and time.monotonic() < give_up:
+        time.sleep(0.05)
+    time.sleep(1)  # let it import and begin
+    parent.kill()
+    parent.wait()
+    time.sleep(1)
+    assert found
+    state = Path(f"/proc/{found[0]}/stat")
+    assert not state.exists() or state.read_text().split()[2] == "Z"
+
+
 def test_cancel_stops_a_real_run():
     began = time.monotonic()
     with pytest.raises(Cancelled):
@@ -176,33 +198,6 @@ def test_no_elements_are_refused():
 def test_python_is_found_when_the_executable_is_blender(monkeypatch):
     monkeypatch.setattr(sys, "executable", "/opt/blender/blender")
     assert Path(tetwild.python()).stem.startswith("python")
-
-
-def test_kept_tetrahedra_come_back_bit_for_bit(tmp_path, ball):
-    surface, mesh, _ = ball
-    key = tets_key(surface, 1000)
-    save_tets(tmp_path / "tets.npz", mesh, key)
-    again = load_tets(tmp_path / "tets.npz", key)
-    assert np.array_equal(again.nodes, mesh.nodes)
-    assert np.array_equal(again.tets, mesh.tets)
-
-
-def test_tetrahedra_of_another_surface_or_number_are_stale(tmp_path, ball):
-    surface, mesh, _ = ball
-    save_tets(tmp_path / "tets.npz", mesh, tets_key(surface, 1000))
-    moved = Surface(surface.vertices * (1 + 1e-12), surface.faces)
-    for key in (tets_key(surface, 1001), tets_key(moved, 1000)):
-        with pytest.raises(MeshError, match="stale"):
-            load_tets(tmp_path / "tets.npz", key)
-
-
-@pytest.mark.parametrize("content", [None, b"", b"hello", b"PK\3\4 torn"])
-def test_a_file_without_tetrahedra_is_refused(tmp_path, content):
-    path = tmp_path / "tets.npz"
-    if content is not None:
-        path.write_bytes(content)
-    with pytest.raises(MeshError, match="again"):
-        load_tets(path)
 
 
 @pytest.mark.slow
