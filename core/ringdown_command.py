@@ -77,12 +77,12 @@ def ringdown_command(  # noqa: PLR0913  (four of them by keyword only)
 
 
 def video_modes(clip: Video, capture_fps: float, points=None, progress=None) -> VideoModes:
-    """Modes of the motion of `points` (n, 2) px, or of points picked by themselves.
+    """Modes of the motion of `points` (n, 2) px, or of points picked by themselves (None, empty).
 
     Raises RecordingError where nothing moves, no mode is found, or fewer than two periods of the
     strongest one are there.
     """
-    picked = pick_points(clip) if points is None else np.asarray(points, float)
+    picked = pick_points(clip) if points is None or not len(points) else np.asarray(points, float)
     tracks = track(clip, picked, capture_fps=capture_fps, progress=progress)
     tracks = _well_seen(tracks)
     flat = tracks.values.reshape(len(tracks.time), -1)

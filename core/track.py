@@ -187,9 +187,9 @@ def _at_least_the_floor(time, values, sigma) -> np.ndarray:
 
     A codec's errors are smooth over a window, so that what is left there does not show them.
     """
-    if len(time) < ENOUGH:
-        return np.where(np.isnan(values[..., 0]), np.nan, sigma)
     seen = np.isfinite(values[..., 0]).sum(0) >= ENOUGH
+    if not seen.any():
+        return np.where(np.isnan(values[..., 0]), np.nan, sigma)
     ratio = np.ones(values.shape[1])
     floor = noise_floor(time, values[:, seen].reshape(len(time), -1)).reshape(-1, 2)
     ratio[seen] = np.sqrt((floor**2).mean(1)) / np.nanmedian(sigma[:, seen], axis=0)
@@ -238,6 +238,6 @@ def _reporter(video, capture_fps, stop, progress):
     def report(index: int) -> None:
         if progress is not None and index % REPORT == 0:
             share = min(index / expected, 1.0) if expected else 0.0
-            progress(share, f"tracking {video.path.name}, frame {index} of {expected or '?'}")
+            progress(share, f"Tracking {video.path.name}")
 
     return report

@@ -30,6 +30,7 @@ class State:
     found: np.ndarray  # (n,) bool
     usual: np.ndarray  # (n,) running mean of the unexplained share of contrast
     lost_for: np.ndarray  # (n,) frames
+    step: tuple[np.ndarray, np.ndarray]  # of affine (n, 2, 2) and place (n, 2) in the last frame
 
 
 def begin(first: Templates, opening: np.ndarray) -> State:
@@ -44,7 +45,7 @@ def begin(first: Templates, opening: np.ndarray) -> State:
     middle = np.average(first.values, axis=1, weights=first.weight)[:, None]
     contrast = np.average((first.values - middle) ** 2, axis=1, weights=first.weight)
     usual = np.clip(2 * picture_noise(opening) ** 2 / np.maximum(contrast, 1e-6), 0, MOST_NOISE)
-    return State(fit, np.ones(n, bool), usual, np.zeros(n, int))
+    return State(fit, np.ones(n, bool), usual, np.zeros(n, int), (0 * identity, 0 * first.centre))
 
 
 def follow(first: Templates, opening: np.ndarray, grey: np.ndarray, state: State) -> State:
@@ -54,11 +55,13 @@ def follow(first: Templates, opening: np.ndarray, grey: np.ndarray, state: State
     good = _itself(first, fit, state, grey.shape)
     astray = np.flatnonzero(~good)
     if len(astray):
-        fit, good = _retry(first, grey, state, fit, good, (astray, state.fit.place[astray]))
+        onward = state.fit.affine + state.step[0], state.fit.place + state.step[1]
+        fit, good = _retry(first, grey, state, (fit, good), (astray, *onward))
     due = np.flatnonzero(~good & (state.lost_for % SEARCH_EVERY == 0))
     if len(due):
-        places = np.array([_search(first, grey, k, state.fit.place[k]) for k in due])
-        fit, good = _retry(first, grey, state, fit, good, (due, places))
+        places = state.fit.place.copy()
+        places[due] = [_search(first, grey, k, places[k]) for k in due]
+        fit, good = _retry(first, grey, state, (fit, good), (due, state.fit.affine, places))
     return _next(state, fit, good)
 
 
@@ -79,12 +82,11 @@ def _lucas_kanade(first: Templates, opening, grey, last) -> np.ndarray:
     return np.where((seen[:, 0] == 1)[:, None] & inside[:, None], found, last)
 
 
-def _retry(first, grey, state, fit: Fit, good, start) -> tuple[Fit, np.ndarray]:
-    """`fit` and `good` with the points start = (which, places) searched from there."""
-    which, places = start
+def _retry(first, grey, state, so_far, start) -> tuple[Fit, np.ndarray]:
+    """so_far = (fit, good) with the points of start = (which, affine, place) sought from there."""
+    (fit, good), (which, affine, place) = so_far, start
     part = first.subset(which)
-    fresh = np.tile(np.eye(2), (len(which), 1, 1))
-    second = refine(part, grey, fresh, places)
+    second = refine(part, grey, affine[which], place[which])
     again = _itself(part, second, _part(state, which), grey.shape)
     mended = {name: getattr(fit, name).copy() for name in fit.__dataclass_fields__}
     for name, values in mended.items():
@@ -131,9 +133,14 @@ def _next(state: State, fit: Fit, good) -> State:
         name: np.where(good.reshape(-1, *[1] * (old.ndim - 1)), getattr(fit, name), old)
         for name, old in keep.items()
     }
+    steady = good & state.found
     return State(
         replace(fit, **last),
         good,
         np.where(good, mean, state.usual),
         np.where(good, 0, state.lost_for + 1),
+        (
+            np.where(steady[:, None, None], fit.affine - state.fit.affine, 0),
+            np.where(steady[:, None], fit.place - state.fit.place, 0),
+        ),
     )

@@ -9,7 +9,7 @@ import pytest
 from core.errors import Cancelled, RecordingError
 from core.track import relative_to, track
 from core.track_points import pick_points
-from tests.core.clips import POINTS, SIZE, Swing, film, store
+from tests.core.clips import POINTS, SIZE, Swing, Texture, film, store
 
 FRAMES = np.arange(50)
 
@@ -29,6 +29,35 @@ def test_without_noise_a_turning_stretching_texture_is_followed_to_a_hundredth_o
     assert np.isfinite(error).all()
     assert rms(error) < 0.01
     assert not tracks.warnings
+
+
+def test_a_turn_of_a_radian_is_followed(tmp_path):
+    tracks, error = errors(tmp_path, swing=Swing(rate=0.25, turn=1.0), noise=1)
+    assert np.isfinite(error).all()
+    assert rms(error) < 0.02
+
+
+def test_a_rolling_shutter_shows_every_point_at_the_instant_of_its_row(tmp_path):
+    swing, readout = Swing(turn=0, stretch=0), 0.8  # frames, first to last row
+    rows = np.arange(SIZE[1])
+    pictures = [rolled(swing, k + readout * rows / SIZE[1]) for k in FRAMES]
+    tracks = track(store(tmp_path, pictures), POINTS, capture_fps=30)
+    late = readout * tracks.values[..., 1] / SIZE[1]  # what a prediction with `readout` does
+    truth = np.empty_like(tracks.values)
+    for k, frame in enumerate(FRAMES):
+        for n, point in enumerate(POINTS):
+            start = swing.at(readout * point[1] / SIZE[1])[1]  # where the first frame saw it
+            truth[k, n] = point + swing.at(frame + late[k, n])[1] - start
+    assert rms(tracks.values - truth) < 0.03
+    assert rms(tracks.values - swing.places(POINTS, FRAMES)) > 0.5
+
+
+def rolled(swing, times):
+    """A picture (height, width) each of whose rows was taken at its own instant."""
+    y, x = np.mgrid[: SIZE[1], : SIZE[0]].astype(float)
+    push = np.array([swing.at(t)[1] for t in times])
+    grey = Texture()(x - push[:, :1], y - push[:, 1:])
+    return np.clip(np.round(grey), 0, 255).astype(np.uint8)
 
 
 def test_points_between_pixels_are_where_they_were_said_to_be(tmp_path):
@@ -165,9 +194,7 @@ def test_points_outside_or_without_features_are_refused_with_what_is_there(tmp_p
     path = store(tmp_path, pictures)
     with pytest.raises(RecordingError, match=r"point 2 at \(170, 30\) px is outside .* 160 x 120"):
         track(path, [[50, 30], [170, 30]], capture_fps=30)
-    with pytest.raises(
-        RecordingError, match=r"point 1 at .* is featureless.*contrast 0 "
-    ):
+    with pytest.raises(RecordingError, match=r"point 1 at .* is featureless.*contrast 0 "):
         track(path, [[25, 95]], capture_fps=30)
     edge = track(path, [[130, 30]], capture_fps=30)
     assert "straight edge" in edge.warnings[0]
