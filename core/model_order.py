@@ -57,7 +57,7 @@ def select(record: Record, most: int) -> Model:
         if _score(record, grown) >= _score(record, best):
             break
         best = grown
-    return best
+    return model_of(record, best.fit.poles, best.degree)
 
 
 # --- where to start -------------------------------------------------------------------------
@@ -93,7 +93,7 @@ def _start(record: Record, most: int) -> Model:
     for factor in sorted({1, max(1, len(record.even) // 300)}):
         tried += _scan(record, factor, most)
     tried.sort(key=lambda row: row[:2])
-    fits = [model_of(record, *row[2:]) for row in tried[:2]]
+    fits = [model_of(record, *row[2:], TRIAL) for row in tried[:2]]
     return min(fits, key=lambda model: _score(record, model))
 
 
@@ -140,8 +140,12 @@ def _pruned(record: Record, model: Model) -> Model:
         rest = [model_of(record, _without(poles, k), model.degree, 0) for k in range(total)]
         order = sorted(range(total), key=lambda k: rest[k].fit.cost)
         doubtful = [k for k in order if k < model.modes and makeshift(record, model, k)]
-        for k in doubtful[:1] or order[:2]:
-            smaller = model_of(record, _without(poles, k), model.degree)
+        if doubtful:
+            smaller = model_of(record, _without(poles, doubtful[0]), model.degree, TRIAL)
+            model = _reasonable(record, smaller)
+            continue
+        for k in order[:2]:
+            smaller = model_of(record, _without(poles, k), model.degree, 2 * TRIAL)
             if not needed(record, smaller, model, k):
                 break
         else:
@@ -162,7 +166,7 @@ def _reasonable(record: Record, model: Model) -> Model:
         if fine.all() and slow.all():
             return model
         poles = Poles(poles.decay[fine], poles.omega[fine], poles.creep[slow])
-        model = model_of(record, poles, model.degree)
+        model = model_of(record, poles, model.degree, TRIAL)
     return model
 
 
