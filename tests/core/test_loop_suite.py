@@ -1,4 +1,4 @@
-"""The whole loop on planted cases of the independent simulator: a few always, all in the slow run."""
+"""The whole loop on planted cases of the independent simulator: a few always, all when slow."""
 
 import pytest
 
