@@ -18,7 +18,7 @@ ENOUGH = 0.80  # share of the excess that one effect must take to be the explana
 ENOUGH_HELD = 0.70  # the same on held-out samples
 ENOUGH_BOTH = 0.88  # for two effects, which have more freedom
 SECOND = 0.6  # share of what the first leaves that a second must take
-ALIKE = 0.95  # of the best evidence: then the held-out part decides which comes first
+QUIET = 1.1  # misfit per sample below which there is nothing to look for
 NOISY = 1.3  # misfit per sample above which noise alone is no explanation
 
 
@@ -42,8 +42,9 @@ def diagnose(declared: TimeFit) -> Verdict:
     """Name the effect, or the two, that the declared fit lacks."""
     chain = ((None, declared),)
     over = excess(declared)
+    if over < MATERIAL and declared.chi2 < QUIET * declared.samples:
+        return Verdict("adequate", chain, (), (), (), ())
     ranked = tuple(singles(declared))
-    ranked = tuple(_tail_first(list(ranked)))
     strong = [c for c in ranked if c.evidence > EVIDENCE]
     if over < MATERIAL or (not strong and declared.chi2 < NOISY * declared.samples):
         minor = tuple((c.names[0], gained(declared, c.found)) for c in strong)
@@ -59,15 +60,6 @@ def diagnose(declared: TimeFit) -> Verdict:
         chain += ((partial[0].names[0], partial[0].found),)
     twins = tuple(twins_of(c, strong) for c in partial)
     return Verdict("unexplained", chain, partial, twins, ranked, ())
-
-
-def _tail_first(ranked: list[Candidate]) -> list[Candidate]:
-    """Candidates as near as makes no difference in evidence go by what they predict."""
-    if not ranked or ranked[0].evidence <= EVIDENCE:
-        return ranked
-    near = [c for c in ranked if c.evidence > ALIKE * ranked[0].evidence]
-    near.sort(key=lambda c: -np.nan_to_num(c.held_share, nan=c.share))
-    return near + [c for c in ranked if c not in near]
 
 
 def gained(before: TimeFit, after: TimeFit) -> float:

@@ -119,7 +119,7 @@ def _ground(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     sag, pull, unit = None, None, None
     case = body.case
     if case.shape == "unloaded" and case.takes[0].gravity is not None:
-        offset = final.coefficients[:, K * (max(heard.condition) + 1)]
+        offset = final.coefficients[:, final.law.own * final.law.conditions]
         sag = np.where(data.support, 0.0, offset - data.rest)
         pull = gravity_force(body.model, case.takes[0].gravity)
         unit = body.seen(data, static(body.model, pull, 1.0)[:, :, None])[0]

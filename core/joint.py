@@ -9,7 +9,7 @@ from .body import Body, build_body
 from .channels import Channels
 from .data import Case, ElasticModel, RingDown, poles, replace
 from .listen import listen
-from .match import Match, align, has_twin, match_modes, pursue, select
+from .match import Match, align, has_twin, match_modes, pursue, select, turning
 from .timefit import Law, TimeFit, fit
 
 HELD_PERIODS = 2.0  # of the first mode, from which the start of a held-out take is fitted
@@ -69,8 +69,9 @@ def hear(case: Case, bare: ElasticModel, find_release) -> Heard:
     law, start = build_law(chosen, takes, condition, damping_law(case.declared))
     first = matches[condition[fitted[0]]]
     law, turns = _informed(law, bodies, matches, chosen, condition)
-    paired = has_twin(first.modes, bodies[condition[fitted[0]]].modes.frequency)
-    law = replace(law, setting=replace(law.setting, paired=paired))
+    computed = bodies[condition[fitted[0]]].modes.frequency
+    setting = replace(law.setting, paired=has_twin(first.modes, computed))
+    law = replace(law, setting=setting, turning=turning(first.modes, computed))
     declared = fit(law, start, evaluations=60)
     return Heard(takes, rings, condition, bodies, first, turns, declared)
 

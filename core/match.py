@@ -125,6 +125,15 @@ def has_twin(modes: tuple[int | None, ...], frequency: np.ndarray) -> bool:
     return any(j not in modes for j in near)
 
 
+def turning(modes: tuple[int | None, ...], frequency: np.ndarray) -> tuple[int, ...]:
+    """Which matched modes are one of a degenerate pair: their motion may turn in an ellipse."""
+    return tuple(
+        k
+        for k, j in enumerate(modes)
+        if j is not None and (np.abs(frequency / frequency[j] - 1) < PAIR).sum() > 1
+    )
+
+
 def align(modes, seen: np.ndarray, frequency: np.ndarray, measured: np.ndarray):
     """Coefficients (m, K) that turn computed modes, within degenerate pairs, to measured (K, C)."""
     turn = np.zeros((len(seen), len(modes)))

@@ -52,8 +52,7 @@ def _extra(heard: Heard, found: TimeFit, columns: list):
     """Fields (P, 3, q), weights (T, q) and names of what effects add with a shape of their own."""
     law, body = found.law, heard.body
     data = law.takes[law.fitted[0]]
-    conditions = max(law.condition[i] for i in law.fitted) + 1
-    at = law.modes * conditions + 1
+    at = law.own * law.conditions + 1
     seen = body.seen(data)[: max(6, law.modes)]
     fields, weights, labels = [], [], []
     for effect, values in columns:

@@ -32,7 +32,7 @@ class Candidate:
 
     names: tuple[str, ...]
     found: TimeFit
-    evidence: float  # gain in BIC over the declared fit
+    evidence: float  # gain in BIC over the declared fit, held-out misfit included
     share: float  # of the excess over noise, fitted part
     held_share: float  # of the excess over noise, held-out part; NaN where there is none
 
@@ -49,9 +49,14 @@ def excess(found: TimeFit) -> float:
 
 
 def judge(names, found: TimeFit, start: TimeFit) -> Candidate:
-    """Compare `found` with the declared fit `start`."""
+    """Compare `found` with the declared fit `start`.
+
+    The evidence is the gain in BIC where it was fitted, and in misfit where it only predicted.
+    """
     parameters = found.unknowns - start.unknowns
     evidence = start.chi2 - found.chi2 - parameters * np.log(max(found.samples, 2))
+    ahead, count = misfit(found.law.takes, found.predicted, True)
+    evidence += misfit(start.law.takes, start.predicted, True)[0] - max(ahead, count)
     share = _taken(found, start, False)
     return Candidate(names, found, float(evidence), share, _taken(found, start, True))
 

@@ -9,7 +9,6 @@ Source      Golub and Pereyra, Inverse Problems 19 (2003) R1 (variable projectio
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from .channels import Channels
 from .effects.base import Effect, Setting
@@ -30,10 +29,21 @@ class Law:
     setting: Setting
     damping: str = "free"  # "free" | "common" | "none"
     effects: tuple[Effect, ...] = ()
+    turning: tuple[int, ...] = ()  # modes of a degenerate pair, whose motion may be an ellipse
 
     @property
     def modes(self) -> int:
         return len(self.reference)
+
+    @property
+    def conditions(self) -> int:
+        """How many sets of shapes there are."""
+        return max(self.condition[i] for i in self.fitted) + 1
+
+    @property
+    def own(self) -> int:
+        """Columns of one condition's modes: one each, two for those that may turn."""
+        return self.modes + len(self.turning)
 
     @property
     def fitted(self) -> list[int]:
@@ -42,9 +52,8 @@ class Law:
 
     def sizes(self) -> tuple[int, int, int]:
         """Numbers of parameters for pitch and damping, starts, effects."""
-        conditions = max(self.condition[i] for i in self.fitted) + 1
         inner = sum(len(bounds(e, self.modes)[0]) for e in self.effects)
-        return 2 * self.modes * conditions, 2 * self.modes * len(self.fitted), inner
+        return 2 * self.modes * self.conditions, 2 * self.modes * len(self.fitted), inner
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,8 +95,8 @@ class TimeFit:
     def column_shapes(self) -> list[np.ndarray]:
         """(C, q) of every effect, from the first fitted take; q may be 0."""
         law = self.law
-        K, each = law.modes, _widths(law)
-        at = K * (max(law.condition[i] for i in law.fitted) + 1) + 1
+        each = _widths(law)
+        at = law.own * law.conditions + 1
         order = [e for e in law.effects if e.force] + [e for e in law.effects if e.columns]
         out = {}
         for effect in order:
@@ -180,17 +189,20 @@ def _basis(law: Law, unpacked, take: int):
         turn = (omega[:, None] * delay[:, :, None])[:, :, None]  # (B, C, 1, K)
         u = u * np.cos(turn) + v[:, None] / omega[:, None, None] * np.sin(turn)
     B, D, T, K = u.shape
-    conditions = max(law.condition[i] for i in law.fitted) + 1
     widths = [c.shape[2] for _, c in columns]
     each = 1 + sum(widths)
-    nb = K * conditions + each * len(law.fitted)
+    head = law.own * law.conditions
+    nb = head + each * len(law.fitted)
     basis = np.zeros((B, D, T, nb))
-    at = K * law.condition[law.fitted[take]]
+    at = law.own * law.condition[law.fitted[take]]
     basis[:, :, :, at : at + K] = u
-    at = K * conditions + each * take
+    if law.turning:
+        speed = v[:, None] / omega[:, None, None]
+        basis[:, :, :, at + K : at + law.own] = speed[..., list(law.turning)]
+    at = head + each * take
     basis[:, :, :, at] = 1
     barred = np.zeros((len(data.sigma), nb), bool)
-    barred[data.support, : K * conditions] = True
+    barred[data.support, :head] = True
     at += 1
     for (effect, values), width in zip(columns, widths, strict=True):
         basis[:, :, :, at : at + width] = values[:, None]
@@ -250,10 +262,12 @@ def _residuals(law: Law, P: np.ndarray, horizon: float = 1.0) -> np.ndarray:
         left = (_given(law, take) - np.swapaxes(predicted, 1, 2)) / data.sigma
         out.append(left[:, uses[take]])
     K = law.modes
-    conditions = max(law.condition[i] for i in law.fitted) + 1
-    for c in range(conditions):
-        at = np.einsum("kc,bck->bk", law.reference, coefficients[:, :, c * K : (c + 1) * K])
-        out.append(PIN * (1 - at))
+    for c in range(law.conditions):
+        own = coefficients[:, :, c * law.own : (c + 1) * law.own]
+        out.append(PIN * (1 - np.einsum("kc,bck->bk", law.reference, own[:, :, :K])))
+        if law.turning:
+            across = law.reference[list(law.turning)]
+            out.append(PIN * np.einsum("kc,bck->bk", across, own[:, :, K:]))
     return np.nan_to_num(np.clip(np.concatenate(out, axis=1), -WILD, WILD), nan=WILD)
 
 
@@ -270,31 +284,9 @@ def _bounds(law: Law):
     return np.r_[low, -wide, effect_low], np.r_[high, wide, effect_high]
 
 
-def _steps(law: Law, p: np.ndarray) -> np.ndarray:
+def _steps(law: Law) -> np.ndarray:
     a, b, c = law.sizes()
     return np.r_[np.full(a, 1e-6), np.full(b, 1e-5 * law.setting.amplitude), np.full(c, 1e-5)]
-
-
-class _Linearization:
-    """Residual and Jacobian from one batch of motions: a simulated step costs the same for many."""
-
-    def __init__(self, law: Law, horizon: float, high: np.ndarray):
-        self.law, self.horizon, self.high = law, horizon, high
-        self.steps, self.at = _steps(law, high), None
-
-    def _look(self, x):
-        if self.at is None or not np.array_equal(x, self.at):
-            moves = np.where(x + self.steps < self.high, self.steps, -self.steps)
-            r = _residuals(self.law, np.vstack([x, x + np.diag(moves)]), self.horizon)
-            self.at, self.r, self.jac = x.copy(), r[0], ((r[1:] - r[:1]) / moves[:, None]).T
-
-    def residual(self, x):
-        self._look(x)
-        return self.r
-
-    def jacobian(self, x):
-        self._look(x)
-        return self.jac
 
 
 def fit(law: Law, start: np.ndarray, horizons=(1.0,), evaluations: int = 10) -> TimeFit:
@@ -302,13 +294,49 @@ def fit(law: Law, start: np.ndarray, horizons=(1.0,), evaluations: int = 10) -> 
     low, high = _bounds(law)
     p = np.clip(start, low + 1e-12, high - 1e-12)
     for horizon in horizons:
-        both = _Linearization(law, horizon, high)
-        answer = least_squares(
-            both.residual, p, both.jacobian, (low, high), x_scale="jac", max_nfev=evaluations,
-            ftol=1e-5, xtol=1e-7,
-        )
-        p = np.clip(answer.x, low + 1e-12, high - 1e-12)
-    return conclude(law, p, answer.jac)
+        p, jacobian = _descend(law, p, (low, high), horizon, evaluations)
+    return conclude(law, p, jacobian)
+
+
+def _look(law: Law, x: np.ndarray, high: np.ndarray, horizon: float):
+    """Residuals and Jacobian from one batch of motions: marching many costs little more than one."""
+    steps = _steps(law)
+    moves = np.where(x + steps < high, steps, -steps)
+    r = _residuals(law, np.vstack([x, x + np.diag(moves)]), horizon)
+    return r[0], ((r[1:] - r[:1]) / moves[:, None]).T
+
+
+def _descend(law: Law, p, bounds, horizon: float, evaluations: int):
+    """Levenberg-Marquardt within bounds (More, Lect. Notes Math. 630 (1978) 105): p, Jacobian.
+
+    The normal equations are of the few searched parameters only, so they are cheap, and scaled to
+    unit diagonal they are well enough conditioned.
+    """
+    low, high = bounds
+    r, jacobian = _look(law, p, high, horizon)
+    cost, damping = r @ r, 1e-3
+    for _ in range(evaluations):
+        scale = np.linalg.norm(jacobian, axis=0)
+        scale = np.where(scale > 0, scale, 1.0)
+        J = jacobian / scale
+        slope = J.T @ r
+        stuck = ((p <= low + 1e-12) & (slope > 0)) | ((p >= high - 1e-12) & (slope < 0))
+        H = J.T @ J + damping * np.eye(len(p))
+        H[stuck], H[:, stuck] = 0.0, 0.0
+        H[stuck, stuck] = 1.0
+        move = -np.linalg.solve(H, np.where(stuck, 0.0, slope)) / scale
+        trial = np.clip(p + move, low + 1e-12, high - 1e-12)
+        after, tangent = _look(law, trial, high, horizon)
+        if after @ after < cost:
+            gain, p, r, jacobian = cost - after @ after, trial, after, tangent
+            cost, damping = r @ r, damping / 8
+            if gain < 1e-5 * cost + 0.05:
+                break
+        else:
+            damping *= 6
+            if damping > 1e6:
+                break
+    return p, jacobian
 
 
 def screen(found: TimeFit, effect: Effect, thetas: list) -> np.ndarray:
@@ -341,6 +369,9 @@ def conclude(law: Law, p: np.ndarray, jac: np.ndarray) -> TimeFit:
     scale = np.linalg.norm(jac, axis=0)
     scale = np.where(scale > 0, scale, 1.0)
     inverse = np.linalg.pinv((jac / scale).T @ (jac / scale), rcond=1e-12)
+    for index, data in enumerate(law.takes):
+        if data.take.held_out:
+            predicted[index] = _ahead(law, p, coefficients[0], index)
     found = TimeFit(
         law=law,
         parameters=p,
@@ -349,12 +380,61 @@ def conclude(law: Law, p: np.ndarray, jac: np.ndarray) -> TimeFit:
         predicted=tuple(predicted),
         chi2=float((r**2).sum()),
         samples=int(sum(use.sum() for use in uses)),
-        unknowns=len(p) + int((~held).sum()) - law.modes,
+        unknowns=len(p) + int((~held).sum()) - law.own,
         residuals=r,
         jacobian=jac,
         motions=tuple(motions),
     )
     return found
+
+
+def _ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.ndarray:
+    """(T, C) of a whole held-out take: all is known but its start, fitted where `fit` says.
+
+    Its offsets are those of the first fitted take of its condition; motions that belong to a
+    release scale with the start.
+    """
+    condition = law.condition[index]
+    same = [i for i in law.fitted if law.condition[i] == condition]
+    if not same:
+        return np.full(law.takes[index].values.shape, np.nan)
+    model = law.fitted.index(same[0])
+    one = replace(law, takes=(law.takes[index],), condition=(0,))
+    one = replace(one, takes=(replace(one.takes[0], take=replace(one.takes[0].take, held_out=False)),))
+    a, b, _ = law.sizes()
+    K, at = law.modes, 2 * law.modes * condition
+    lead = np.r_[p[at : at + 2 * K], np.zeros(2 * K), p[a + b :]]
+    each = 1 + sum(_widths(law))
+    head = law.own * law.conditions + each * model
+    own = coefficients[:, law.own * condition : law.own * (condition + 1)]
+    known = np.hstack([own, coefficients[:, head : head + each]])
+    data = one.takes[0]
+    use = data.fit[:, None] & data.known & ~data.support
+
+    def guess(starts, strength):
+        P = np.tile(lead, (len(starts), 1))
+        P[:, 2 * K : 4 * K] = starts
+        basis, _ = _basis(one, _unpack(one, P, 0), 0)
+        scaled = known.copy()
+        scaled[:, law.own + 1 :] *= strength
+        return np.swapaxes((basis @ scaled[None, :, :, None])[..., 0], 1, 2)
+
+    return _started(guess, data, use, (p[a + 2 * K * model : a + 2 * K * (model + 1)], law))
+
+
+def _started(guess, data, use, given) -> np.ndarray:
+    """(T, C) with the start (2K,) that fits the used samples best, by Gauss-Newton."""
+    first, law = given
+    size = np.hypot(*first.reshape(2, -1)).max()
+    x, step = np.zeros(len(first)), 1e-4 * law.setting.amplitude
+    for _ in range(12):
+        strength = np.hypot(*x.reshape(2, -1)).max() / size
+        y = guess(np.vstack([x, x + step * np.eye(len(x))]), strength)
+        r = np.where(use, (data.values - y) / data.sigma, 0.0).reshape(len(y), -1)
+        slope = (r[1:] - r[0]).T / step
+        x = x - np.linalg.lstsq(slope, r[0], rcond=1e-8)[0]
+    strength = np.hypot(*x.reshape(2, -1)).max() / size
+    return guess(x[None], strength)[0]
 
 
 def _support(law: Law, p: np.ndarray) -> np.ndarray:

@@ -22,11 +22,9 @@ def columns(theta, setting, time, u):
 
 def veto(found):
     """A companion of the same shape is no second direction: it mimics what follows amplitude."""
-    K = found.law.modes
-    conditions = max(found.law.condition[i] for i in found.law.fitted) + 1
-    first = found.coefficients[:, :K].T[0]
+    first = found.coefficients[:, 0]
     q, _ = np.linalg.qr(first[:, None])
-    second = found.coefficients[:, K * conditions + 1 :][:, -2:].T
+    second = found.column_shapes()[-1].T
     alike = ((second @ q) ** 2).sum() / max((second**2).sum(), 1e-300)
     return "its shape is that of the first mode" if alike > 0.85 else ""
 
