@@ -8,11 +8,13 @@ import pytest
 from core.data import Material, TetMesh
 from core.elasticity import assemble
 from core.elements.linear import laplacian, scalar_mass, shear_and_bulk, stiffness
+from core.elements.mass import averaged
 from core.elements.simplex import each_axis
 from core.errors import CaseError
 from core.plane_mesh import polygon_mesh, refined, signed_distance
 from core.study import study
 from core.study_line import (
+    averaged_closed,
     conjecture,
     differences,
     differences_closed,
@@ -95,7 +97,8 @@ def test_refining_halves_edges_and_keeps_the_area():
 @pytest.mark.parametrize("n", [2, 4, 8, 16, 32])
 @pytest.mark.parametrize(("length", "c"), [(1.0, 1.0), (2.0, 3.0)])
 def test_the_line_follows_its_closed_forms_at_any_length(n, length, c):
-    for found, closed in ((differences, differences_closed), (elements, elements_closed)):
+    half = (lambda *line: elements(*line, averaged), averaged_closed)
+    for found, closed in ((differences, differences_closed), (elements, elements_closed), half):
         assert np.abs(found(length, c, n) / closed(length, c, n) - 1).max() < 1e-12
 
 
@@ -104,6 +107,11 @@ def test_differences_err_below_and_elements_above(n):
     true = exact(1, 1, n)
     assert (differences(1, 1, n) < true).all()
     assert (elements(1, 1, n) > true).all()
+
+
+def test_averaged_mass_errs_by_a_share_of_x4_over_240():
+    short = 1 - (averaged_closed(1, 1, 16) / exact(1, 1, 16))[:3]
+    assert short == pytest.approx(phase(16)[:3] ** 4 / 240, rel=0.02)
 
 
 def test_the_conjecture_differs_from_the_elements_by_a_share_of_x6_over_3024():
