@@ -10,13 +10,13 @@ from .track_clarity import clarity, commotion
 from .track_template import RADIUS, SIDE, make_templates
 from .video import Video, open_video, read_frames
 
-WORST = 0.5  # px: a point whose place one frame tells no better than this is featureless
+WORST = 0.1  # px: a point whose place such noise blurs more is featureless
 LOOKED_AT = 240  # frames after which, and after twice as many, motion is looked for
 CORNERS = 120  # followed to find those that move
 LEAST_SHARE = 0.1  # of the clearest motion: what is seen less clearly tells little
 EDGE = 3.0  # how much worse a corner may be told along one direction than along the other
 SPACING = 12  # px between picked points
-LEAST_NOISE = 0.3  # grey levels: what rounding to whole levels leaves
+NOISE = 2.0  # grey levels, what a phone or a codec leaves
 
 
 def check_points(grey: np.ndarray, points: np.ndarray) -> tuple[str, ...]:
@@ -50,10 +50,9 @@ def check_points(grey: np.ndarray, points: np.ndarray) -> tuple[str, ...]:
 
 
 def blur_of_place(grey: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n,), (n,) px: how well one frame tells the place in the best and the worst direction."""
+    """(n,), (n,) px: how far noise of `NOISE` blurs a place in the best and the worst direction."""
     level = np.linalg.eigvalsh(make_templates(grey, points).normal)
-    noise = max(picture_noise(grey), LEAST_NOISE)
-    best, worst = noise / np.sqrt(np.maximum(level[:, ::-1].T, 1e-12))
+    best, worst = NOISE / np.sqrt(np.maximum(level[:, ::-1].T, 1e-12))
     return best, worst
 
 
