@@ -14,6 +14,7 @@ from ..core.errors import Cancelled, CoreError
 from ..core.tetwild import python
 
 ROOT = Path(__file__).resolve().parents[1]
+LAUNCH = Path(__file__).with_name("launch.py")
 REPORT, MOTION, PICTURE = "report.json", "motion.npz", "report.png"
 REFUSED = 2  # the command line's status for an input that it will not take
 PATIENCE = 0.5  # s that a child has to end itself before it is killed
@@ -42,7 +43,10 @@ def calibration(case: Path, folder: Path, elements: int) -> list[str]:
 
 
 class Job:
-    """One child: `python ARGUMENTS` with our modules in reach, started at once."""
+    """One child: `python ARGUMENTS` with our modules in reach, started at once.
+
+    It ends when it is stopped, and when this process does.
+    """
 
     def __init__(self, arguments: list[str], folder: Path, threads: int = 0):
         folder.mkdir(parents=True, exist_ok=True)
@@ -51,10 +55,10 @@ class Job:
         self._errors: list[str] = []
         self._asked = 0.0
         self._child = subprocess.Popen(
-            [python(), *arguments],
+            [python(), "-P", str(LAUNCH), *arguments],
             cwd=folder,
             env=_environment(threads),
-            stdin=subprocess.DEVNULL,
+            stdin=subprocess.PIPE,  # held open: the child ends when it closes
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,

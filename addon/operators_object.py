@@ -107,7 +107,7 @@ class RINGDOWN_OT_cage(running.Running, bpy.types.Operator):
             poisson_ratio=decimal(obj.ringdown.material.poisson_ratio),
             element=running.element(),
         )
-        return job.Job(["-P", str(CHILD), str(folder)], folder, running.threads())
+        return job.Job([str(CHILD), str(folder)], folder, running.threads())
 
     def finish(self, context, obj, folder: Path) -> None:
         with np.load(folder / "surface.npz") as file:

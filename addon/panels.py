@@ -324,7 +324,7 @@ class RINGDOWN_PT_bake(SubStep, bpy.types.Panel):
                 obj.ringdown.facts.report
                 and words.report(obj.ringdown.facts.report)["diagnosis"]["effects"]
             ):
-                say(layout, "The modes alone; what else was found is in As Recorded", "INFO")
+                say(layout, "The modes alone; what else was found is in Recorded", "INFO")
         layout.prop(bake, "target", expand=True)
         column = layout.column(align=True)
         column.prop(bake, "first")

@@ -170,15 +170,15 @@ class RINGDOWN_PG_bake(bpy.types.PropertyGroup):
     motion: EnumProperty(
         name="Motion",
         items=(
-            ("RECORDED", "As Recorded", "The ring-down of the film"),
+            ("RECORDED", "Recorded", "The ring-down of the film"),
             ("PLUCKED", "Plucked", "Pull one vertex, and let go"),
         ),
     )
     target: EnumProperty(
         name="To",
         items=(
-            ("KEYS", "Shape Keys", "One shape key per mode with editable curves"),
-            ("CACHE", "PC2 Cache", "A file with every vertex at every frame"),
+            ("KEYS", "Keys", "One shape key per mode with editable curves"),
+            ("CACHE", "Cache", "A PC2 file with every vertex at every frame"),
         ),
     )
     first: IntProperty(name="Release Frame", description="Where the wobble begins", default=1)

@@ -25,11 +25,8 @@ say(1.0, "done")
 
 @pytest.fixture
 def start(tmp_path, rd):
-    folder = tmp_path / "core"
-    folder.mkdir()
-    (folder / "__init__.py").touch()
-    (folder / "__main__.py").write_text(FAKE)  # it runs here, so finds this one first
-    return lambda verb: rd.job.Job(["-m", "core", verb], tmp_path)
+    (tmp_path / "fake.py").write_text(FAKE)
+    return lambda verb: rd.job.Job([str(tmp_path / "fake.py"), verb], tmp_path)
 
 
 def wait_for(child, text):
@@ -71,3 +68,12 @@ def test_a_finished_child_raises_nothing(start):
     child = start("finish")
     child.wait(10)
     assert child.progress.text == "done"
+
+
+def test_a_child_does_not_outlive_the_one_that_started_it(rd, tmp_path, start):
+    child = start("hang")
+    wait_for(child, "stuck")
+    child._child.stdin.close()  # as the system does when Blender is gone, however it went
+    with pytest.raises(Exception, match="130"):
+        child.wait(5)
+    assert not child.progress.running
