@@ -38,10 +38,20 @@ def shaky_hand(t):
     return np.where(t < 2, hand, let_go(t, 2.0))
 
 
+def with_brief_modes(t):
+    since = np.maximum(t - 2, 0)
+    brief = sum(
+        a * np.exp(-0.05 * 2 * np.pi * f * since) * np.sin(2 * np.pi * f * since)
+        for a, f in ((0.3, 9.0), (0.15, 17.0))
+    )
+    return let_go(t, 2.0) + brief
+
+
 RELEASES = {
     "held": (lambda t: let_go(t, 2.0), 2.0),
     "pulled": (pulled, 2.0),
     "shaky hand": (shaky_hand, 2.0),
+    "with brief modes": (with_brief_modes, 2.0),
     "struck": (lambda t: struck(t, 1.5), 1.5),
     "ringing from the first frame": (lambda t: let_go(t, 0.0), 0.0),
     "struck again": (lambda t: let_go(t, 1.0) + struck(t, 5.0, 0.5), 1.0),
