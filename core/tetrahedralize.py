@@ -10,7 +10,7 @@ from .data import Surface, TetMesh, tet_volumes
 from .errors import MeshError
 from .surface import closest_point, in_morton_order, simplified
 from .tet_search import WITHIN, Size, Trial, chosen, next_guess, settled
-from .tetwild import Crashed, TookTooLong, run_tetwild
+from .tetwild import Crashed, TookTooLong, run_tetwild, stop_if
 from .volume_match import with_volume
 
 TRIALS = 8
@@ -68,6 +68,7 @@ def tetrahedralize(
     size = Size.of(surface)
     trials: list[Trial] = []
     while len(trials) < TRIALS and not settled(trials, elements, volume_tolerance):
+        stop_if(cancelled)
         if progress is not None:
             progress(len(trials) / (len(trials) + 2), said(trials, elements))
         edge, epsilon = next_guess(trials, elements, size)

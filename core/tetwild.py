@@ -94,13 +94,18 @@ def wait(child, cancelled: Callable[[], bool] | None, deadline: float | None) ->
             child.wait(POLL)
             return
         except subprocess.TimeoutExpired:
-            if cancelled is not None and cancelled():
-                raise Cancelled("Tetrahedralization: cancelled. Nothing was written.") from None
+            stop_if(cancelled)
             if deadline is not None and time.monotonic() > deadline:
                 raise TookTooLong(
                     "Tetrahedralization: it took longer than its time limit. "
                     "Ask for fewer elements, or decimate the mesh."
                 ) from None
+
+
+def stop_if(cancelled: Callable[[], bool] | None) -> None:
+    """Raises Cancelled when it says so."""
+    if cancelled is not None and cancelled():
+        raise Cancelled("Tetrahedralization: cancelled. Nothing was written.") from None
 
 
 def check(status: int, folder: Path) -> None:

@@ -1,8 +1,6 @@
 """Surfaces: three formats, geometry, and what is refused."""
 
 import struct
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,9 +16,7 @@ from core.surface import (
     read_surface,
     simplified,
 )
-
-sys.path.insert(0, str(Path(__file__).parent))
-from surfaces import SIDES, TRIANGLES, box, scan, sphere
+from tests.core.surfaces import SIDES, TRIANGLES, box, scan, sphere
 
 CORNERS = box((1, 2, 3)).vertices
 

@@ -15,9 +15,7 @@ from core.surface import closest_point, diagonal, enclosed_volume
 from core.tetrahedralize import tet_quality, tetrahedralize
 from core.tetwild import run_tetwild
 from core.volume_match import boundary_faces, solid_volume, winding_numbers, with_volume
-
-sys.path.insert(0, str(Path(__file__).parent))
-from surfaces import box, scan, sphere
+from tests.core.surfaces import box, scan, sphere
 
 
 @pytest.fixture(scope="module")
@@ -145,10 +143,10 @@ def test_it_stops_within_a_second_of_cancel_and_leaves_no_child(tmp_path):
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="asks Linux for its processes")
 def test_the_child_does_not_outlive_a_parent_that_was_killed(tmp_path):
+    root = str(Path(__file__).parents[2])
     code = (
-        f"import sys; sys.path[:0] = {sys.path!r}; sys.path.insert(0, {str(Path.cwd())!r})\n"
-        f"sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
-        "from surfaces import scan\nfrom core.tetrahedralize import tetrahedralize\n"
+        f"import sys; sys.path[:0] = {[root, *sys.path]!r}\n"
+        "from tests.core.surfaces import scan\nfrom core.tetrahedralize import tetrahedralize\n"
         "tetrahedralize(scan(5), 50000)"
     )
     parent = subprocess.Popen([sys.executable, "-c", code], cwd=tmp_path)
