@@ -20,8 +20,7 @@ mkdir -p out
 "$python" addon/batch.py -- "$case" \
     --out out/report.json --plot out/report.png --bake out/baked.blend
 echo
-cat out/report.json
-echo
+echo "The whole report, the picture and the baked object:"
 ls -l out/report.json out/report.png out/baked.blend
 if [ -n "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ] && command -v xdg-open >/dev/null; then
     xdg-open out/report.png >/dev/null 2>&1 &
