@@ -76,6 +76,7 @@ def run_tetwild(
                 stdin=subprocess.DEVNULL,
                 stdout=chatter,
                 stderr=subprocess.STDOUT,
+                creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),  # Windows would show one
             )
             try:
                 wait(child, cancelled, deadline)
