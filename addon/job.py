@@ -126,6 +126,9 @@ class Now:
     child: Job | None = None
     what: str = ""
     stop: bool = False
+    shown: Progress | None = (
+        None  # what was last drawn: drawing it again would cost, and show nothing
+    )
 
 
 NOW = Now()

@@ -8,7 +8,7 @@ import numpy as np
 from ..core.data import Surface
 from ..core.errors import CoreError
 from ..core.surface import enclosed_volume, face_areas, is_closed
-from . import job, keep, read, ready, running
+from . import job, keep, read, ready, running, words
 from .folder import decimal
 
 SMALL = (
@@ -126,7 +126,9 @@ def write_cage(obj: bpy.types.Object, surface: Surface, found: dict) -> None:
     line = f"{len(found['tets']):,} tetrahedra, worst quality {float(found['quality']):.2f}"
     excess = float(found["too_high"])
     if np.isfinite(excess):
-        line += f"\nThis mesh rings {max(excess, 0):.1%} too high; calibration takes it out"
+        line += (
+            f"\nThis mesh rings {words.share(max(excess, 0))} too high; calibration takes it out"
+        )
     facts.cage_says = line
 
 
@@ -153,7 +155,7 @@ def measure(context, obj: bpy.types.Object) -> None:
         area = areas[held[surface.faces].all(axis=1)].sum()
         share = area / areas.sum()
         size = bpy.utils.units.to_string("METRIC", "AREA", area, precision=3)
-        facts.pins = f"{held.sum()} vertices, {size}, {share:.1%} of the surface"
+        facts.pins = f"{held.sum()} vertices, {size}, {words.share(share)} of the surface"
         facts.pins_small = bool(share < SMALL)
 
 

@@ -115,6 +115,10 @@ class RINGDOWN_OT_picture(bpy.types.Operator):
             area.type = "IMAGE_EDITOR"
         if area is not None:
             area.spaces.active.image = image
+            region = next(r for r in area.regions if r.type == "WINDOW")
+            window = next(w for w in context.window_manager.windows if area in w.screen.areas[:])
+            with context.temp_override(window=window, area=area, region=region):
+                bpy.ops.image.view_all(fit_view=True)
         return {"FINISHED"}
 
 

@@ -10,7 +10,9 @@ from .job import NOW
 def say(layout, text: str, icon: str = "NONE", width: int = 0) -> None:
     """Text in as many lines as the sidebar needs, the icon before the first."""
     column = layout.column(align=True)
-    width = width or max(20, int(bpy.context.region.width / (6.5 * scale())) - 4)
+    width = width or max(
+        20, int(bpy.context.region.width / (6.5 * scale())) - (6 if icon != "NONE" else 4)
+    )
     for k, line in enumerate(words.wrapped(text, width)):
         column.label(text=line, icon=icon if k == 0 else ("BLANK1" if icon != "NONE" else "NONE"))
 
@@ -271,10 +273,12 @@ class RINGDOWN_PT_result(SubStep, bpy.types.Panel):
         self.numbers(layout, report)
         row = layout.row(align=True)
         row.operator("ringdown.picture", text="Picture", icon="IMAGE_DATA")
+        row.use_property_split = False
         row.prop(obj.ringdown, "show_ghost", text="Markers", toggle=True, icon="GHOST_ENABLED")
         row = layout.row(align=True)
         row.operator("ringdown.export_report", text="Report", icon="EXPORT")
         row.operator("ringdown.export", text="Case", icon="EXPORT")
+        self.next(layout, report)
 
     def found(self, layout, diagnosis):
         for effect in diagnosis["effects"]:
@@ -282,8 +286,6 @@ class RINGDOWN_PT_result(SubStep, bpy.types.Panel):
             if effect["twins"]:
                 twins = " or ".join(words.name(twin) for twin in effect["twins"])
                 say(layout, f"This film cannot tell it from {twins}", "BLANK1")
-        for advice in diagnosis["advice"]:
-            say(layout, advice.replace("_", " "), "LIGHT")
 
     def modes(self, layout, report):
         box = layout.box().column(align=True)
@@ -295,18 +297,26 @@ class RINGDOWN_PT_result(SubStep, bpy.types.Panel):
             row.label(text=f"{mode['natural_frequency_hz']['value']:.2f} Hz")
             computed = mode["model_frequency_hz"]
             row.label(text=f"{computed:.2f} Hz" if computed else "none")
-            row.label(text=f"{mode['damping_ratio']['value']:.1%}")
+            row.label(text=words.share(mode["damping_ratio"]["value"]))
 
     def numbers(self, layout, report):
         column = layout.column(align=True)
         stiffness, error = report["youngs_modulus"], report["error"]
-        for name, key in (("This mesh needs", "apparent"), ("Material", "material")):
+        for name, key in (("Mesh Needs", "apparent"), ("Material", "material")):
             if stiffness.get(key):
                 fact(column, name, words.modulus(stiffness[key]))
         if error["after"] is not None and error["before"] is not None:
-            fact(column, "Held-out error", f"{error['before']:.1%}, now {error['after']:.1%}")
+            fact(
+                column,
+                "Held-Out Error",
+                f"{words.share(error['before'])}, now {words.share(error['after'])}",
+            )
+
+    def next(self, layout, report):
+        for advice in report["diagnosis"]["advice"]:
+            say(layout, words.sentence(advice), "LIGHT")
         for warning in report["warnings"]:
-            say(layout, warning, "ERROR")
+            say(layout, words.sentence(warning), "ERROR")
 
 
 class RINGDOWN_PT_bake(SubStep, bpy.types.Panel):

@@ -95,6 +95,9 @@ class Running:
 
     def _show(self, context) -> None:
         now = NOW.child.progress
+        if now == NOW.shown:
+            return
+        NOW.shown = now
         if context.workspace:
             text = f"Ringdown: {now.text}, {now.fraction:.0%}   |   Esc: Cancel"
             context.workspace.status_text_set(text)
@@ -107,7 +110,7 @@ class Running:
             self._timer = None
         if context.workspace:
             context.workspace.status_text_set(None)
-        NOW.child, NOW.what, NOW.stop = None, "", False
+        NOW.child, NOW.what, NOW.stop, NOW.shown = None, "", False, None
         shutil.rmtree(self._folder, ignore_errors=True)
         redraw(context)
 

@@ -1,6 +1,7 @@
 """The report in words for the panel. Pure text, kept per report."""
 
 import json
+import math
 from functools import lru_cache
 
 UNITS = ((1.0, "m"), (0.01, "cm"), (0.001, "mm"))
@@ -21,11 +22,23 @@ def report(text: str) -> dict:
 def number(estimate: dict, scale: float = 1.0, digits: int = 3) -> str:
     """A value with half of its 95 % interval."""
     value = estimate["value"] * scale
-    if not estimate.get("ci95"):
-        return f"{value:.{digits}g}"
-    low, high = (x * scale for x in estimate["ci95"])
+    low, high = (x * scale for x in estimate.get("ci95") or (0, 0))
     half = (high - low) / 2
-    return f"{value:.{digits}g} ± {half:.2g}"
+    if not half > 5e-4 * abs(value):  # so sure that its digits would fill the line
+        return f"{value:.{digits + 1 if half else digits}g}"
+    places = max(0, 1 - math.floor(math.log10(half)))
+    return f"{value:.{places}f} ± {half:.{places}f}"
+
+
+def share(part: float) -> str:
+    """A fraction in per cent, three digits at most."""
+    return f"{100 * part:.{0 if part >= 0.0995 else 1}f} %"
+
+
+def sentence(text: str) -> str:
+    """A line of the report with the effects' names as words."""
+    text = name(text)
+    return text[:1].upper() + text[1:]
 
 
 def modulus(estimate: dict) -> str:

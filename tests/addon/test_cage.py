@@ -38,15 +38,15 @@ def test_a_cage_fills_the_object_is_kept_and_goes_stale_with_the_mesh(post, part
     assert not parts["ready"].stale(post, facts.cage_look)
     shape = rd.read.surface(post, bpy.context.evaluated_depsgraph_get())
     parts["operators_run"].use_cage(post, shape, tmp_path)
-    assert (tmp_path / "tets.npz").is_file()
+    assert (tmp_path / parts["operators_run"].TETS).is_file()
     post.data.vertices[0].co *= 1.5
     post.data.update()
     bpy.context.view_layer.update()
     assert parts["ready"].stale(post, facts.cage_look)
-    (tmp_path / "tets.npz").unlink()
+    (tmp_path / parts["operators_run"].TETS).unlink()
     shape = rd.read.surface(post, bpy.context.evaluated_depsgraph_get())
     parts["operators_run"].use_cage(post, shape, tmp_path)
-    assert not (tmp_path / "tets.npz").exists()
+    assert not (tmp_path / parts["operators_run"].TETS).exists()
 
 
 def test_undo_takes_a_cage_back(post):
