@@ -126,7 +126,8 @@ def lowest(K, M, free, count: int) -> tuple[np.ndarray, np.ndarray]:
     order = np.argsort(omega2)
     shapes = np.zeros((K.shape[0], count))
     shapes[free] = x[:, order]
-    return np.sqrt(omega2[order]) / (2 * np.pi), shapes
+    # a body that buckles under its weight has no pitch: 0
+    return np.sqrt(np.clip(omega2[order], 0, None)) / (2 * np.pi), shapes
 
 
 def respond(body: Body, force: np.ndarray, ground=None) -> np.ndarray:

@@ -70,9 +70,7 @@ def make(kind: str, seed: int, folder, **given) -> dict:
 def stand(kind, seed, rng, given):
     """The scene, its planted effects, and what is given or needed for them."""
     names = kinds.planted_in(kind, seed)
-    needs = {}
-    for name in names:
-        needs |= NEEDS.get(name, {})
+    needs = together(names)
     if kind.startswith("trap"):
         needs |= {"release": ("pull", "knock") if kind != "trap:loss" else "pull"}
     needs |= kinds.TWINS.get(kind.split(":")[-1], {})
@@ -92,6 +90,20 @@ def stand(kind, seed, rng, given):
         load_known(rng, stage)
     planted = [effect(name)(rng, stage) for name in names]
     return stage, planted, {**needs, **given}
+
+
+def together(names: list) -> dict:
+    """What several effects need, with a way of release that suits all of them."""
+    needs, ways = {}, None
+    for name in names:
+        own = NEEDS.get(name, {})
+        needs |= own
+        if "release" in own:
+            mine = {own["release"]} if isinstance(own["release"], str) else set(own["release"])
+            ways = mine if ways is None else ways & mine
+    if len(names) > 1 and ways is not None:
+        needs["release"] = tuple(sorted(ways)) or "pull"
+    return needs
 
 
 def load_known(rng, stage, share=None) -> None:
@@ -243,7 +255,8 @@ def tune_one(stage, one, wanted: float) -> tuple[float, float]:
         if abs(np.log(new / s)) < 0.02:
             break
         after = error_of(stage, [one], film.shoot(stage, [one], [new]))
-        power = np.clip(np.log(after / error) / np.log(new / s), 0.4, 3.0)
+        if min(after, error) > 0:
+            power = np.clip(np.log(after / error) / np.log(new / s), 0.4, 3.0)
         s, error = new, after
     return s, error
 

@@ -151,18 +151,23 @@ def sink(body, gravity) -> np.ndarray:
     return u
 
 
+def loaded(body, gravity) -> tuple[np.ndarray, sparse.csr_matrix]:
+    """Displacement (N, 3) m under the weight, and the stiffness about it."""
+    u = sink(body, gravity)
+    _, rest = solid.bent(body.nodes, body.cells, body.poisson, 0 * u)
+    _, K = solid.bent(body.nodes, body.cells, body.poisson, u)
+    return u.reshape(-1, 3), body.stiffness + body.young * (K - rest)
+
+
 def gravity_preload(rng, stage) -> Planted:
     """The given mesh is the body as it hangs or stands; its weight is in its stiffness."""
     first = rng.uniform(1.6, 2.6) if stage.body.name == "strip" else rng.uniform(3.2, 4.8)
     body = bodies.tuned(stage.body, first)
-    _, rest = solid.bent(body.nodes, body.cells, body.poisson, np.zeros(3 * len(body.nodes)))
-
-    def loaded(gravity):
-        u = sink(body, gravity)
-        _, K = solid.bent(body.nodes, body.cells, body.poisson, u)
-        return u.reshape(-1, 3), body.stiffness + body.young * (K - rest)
-
-    u, tangent = loaded(G)
+    u, tangent = loaded(body, G)
+    while bodies.modes(replace(body, stiffness=tangent), 1)[0][0] < 0.6 * first:  # near to buckling
+        first *= 1.25
+        body = bodies.tuned(body, first)
+        u, tangent = loaded(body, G)
     used, faces = np.unique(body.faces, return_inverse=True)
     seen = replace(body, nodes=body.nodes + u, vertices=(body.nodes + u)[used])
     seen = replace(seen, triangles=solid.triangles(faces.reshape(-1, 9)))
@@ -173,7 +178,7 @@ def gravity_preload(rng, stage) -> Planted:
     if body.name == "jelly" and rng.random() < 0.5:
 
         def turned():
-            down, other = loaded(-G)
+            down, other = loaded(body, -G)
             return replace(stage.body, nodes=body.nodes + down, stiffness=other)
 
         one.turned = turned
