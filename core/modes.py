@@ -4,6 +4,7 @@ import numpy as np
 
 from .data import ElasticModel, Modes
 from .eigen import lowest_eigenpairs
+from .elasticity import loose_motions
 from .errors import DataError
 
 
@@ -17,7 +18,9 @@ def solve_modes(model: ElasticModel, count: int) -> Modes:
     if not 0 < count < free.size:
         raise DataError(f"solve_modes: {count} modes asked of a model with {free.size} free dofs.")
     K, M = model.stiffness[free][:, free], model.mass[free][:, free]
-    omega2, x = lowest_eigenpairs(K, M, count, np.repeat(model.points, 3, axis=0)[free])
+    places = np.repeat(model.points, 3, axis=0)[free]
+    repeats = 8 if loose_motions(model) else 4
+    omega2, x = lowest_eigenpairs(K, M, count, places, multiplicity=repeats)
     shapes = np.zeros((3 * len(model.points), count))
     shapes[free] = x
     frequency = np.sqrt(np.clip(omega2, 0, None)) / (2 * np.pi)

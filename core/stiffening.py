@@ -47,10 +47,11 @@ def converged_eigenvalues(build: Build, mesh: TetMesh, count: int) -> Converged:
     coarse, fine = build(mesh, "p2"), build(mesh, "p3")
     count = min(count + SPARE, coarse.free.size - 1)
     K, M, places = _free(coarse)
-    quadratic, x = lowest_eigenpairs(K, M, count, places)
+    repeats = 4 if coarse.pinned.any() else 8
+    quadratic, x = lowest_eigenpairs(K, M, count, places, multiplicity=repeats)
     K3, M3, places3 = _free(fine)
     if len(places3) <= DIRECT:
-        cubic, _ = lowest_eigenpairs(K3, M3, count, places3)
+        cubic, _ = lowest_eigenpairs(K3, M3, count, places3, multiplicity=repeats)
     else:
         up = nested_interpolation(coarse, fine)[fine.free][:, coarse.free].tocsr()
         solve = factorize(K, places).solve if coarse.pinned.any() else _shifted(K, M, places)

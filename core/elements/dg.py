@@ -16,7 +16,7 @@ import numpy as np
 from ..data import TetMesh
 from . import p1
 from .element import Element, Matrices
-from .simplex import gradient_products, gradients, tet_faces
+from .simplex import gradient_products, gradients, pairs_of, tet_faces
 
 PENALTY = 7.0  # η
 
@@ -41,10 +41,9 @@ def build(mesh: TetMesh, scale: np.ndarray, penalty: float = PENALTY) -> Matrice
     shear, bulk = face_blocks(mesh, scale, penalty)
     sides, _ = inner_faces(mesh)
     where = cells(mesh)[sides].reshape(-1, 8)
-    count = len(alone.nodes)
+    pairs = pairs_of(where, len(alone.nodes))
     shear, bulk = (
-        gradient_products(where, count, lambda i, j, b=b: b[:, :, :, i, j]).tocsr()
-        for b in (shear, bulk)
+        gradient_products(pairs, lambda i, j, b=b: b[:, :, :, i, j]).tocsr() for b in (shear, bulk)
     )
     return Matrices(alone.nodes, inside.shear + shear, inside.bulk + bulk, inside.mass)
 

@@ -8,13 +8,13 @@ Source      Zienkiewicz & Taylor, The Finite Element Method, vol. 1, ch. 6
 import numpy as np
 from scipy import sparse
 
-from .simplex import gradient_products, gradients, scalar_matrix
+from .simplex import gradient_products, gradients, pairs_of, scalar_matrix
 
 
 def laplacian(nodes: np.ndarray, cells: np.ndarray) -> sparse.csr_matrix:
     """(N, N) ∫ ∇N_a · ∇N_b over simplices `cells` (T, d+1) of `nodes` (N, d)."""
     volume, g = gradients(nodes, cells)
-    return scalar_matrix(cells, len(nodes), np.einsum("t,tai,tbi->tab", volume, g, g))
+    return scalar_matrix(pairs_of(cells, len(nodes)), np.einsum("t,tai,tbi->tab", volume, g, g))
 
 
 def scalar_mass(nodes: np.ndarray, cells: np.ndarray) -> sparse.csr_matrix:
@@ -22,7 +22,7 @@ def scalar_mass(nodes: np.ndarray, cells: np.ndarray) -> sparse.csr_matrix:
     volume, _ = gradients(nodes, cells)
     k = cells.shape[1]
     entries = volume[:, None, None] * (1 + np.eye(k)) / (k * (k + 1))
-    return scalar_matrix(cells, len(nodes), entries)
+    return scalar_matrix(pairs_of(cells, len(nodes)), entries)
 
 
 def shear_and_bulk(
@@ -38,7 +38,7 @@ def shear_and_bulk(
     def product(i: int, j: int) -> np.ndarray:
         return volume[:, None, None] * g[:, :, None, i] * g[:, None, :, j]
 
-    D = gradient_products(cells, len(nodes), product, d)
+    D = gradient_products(pairs_of(cells, len(nodes)), product, d)
     blocks = D.data.transpose(0, 2, 1) - 2 / 3 * D.data
     blocks[:, range(d), range(d)] += np.trace(D.data, axis1=1, axis2=2)[:, None]
     return sparse.bsr_matrix((blocks, D.indices, D.indptr), D.shape).tocsr(), D.tocsr()

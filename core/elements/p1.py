@@ -4,10 +4,19 @@ Source      Zienkiewicz & Taylor, The Finite Element Method, vol. 1, ch. 6
 """
 
 import numpy as np
+from scipy import sparse
 
 from ..data import TetMesh
 from .element import Element, Matrices
-from .simplex import each_axis, gradient_products, gradients, scalar_matrix, shear_of
+from .simplex import (
+    Pairs,
+    each_axis,
+    gradient_products,
+    gradients,
+    pairs_of,
+    scalar_matrix,
+    shear_of,
+)
 
 
 def cells(mesh: TetMesh) -> np.ndarray:
@@ -20,10 +29,9 @@ def basis(bary: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return bary, np.broadcast_to(np.eye(4), (len(bary), 4, 4))
 
 
-def mass(mesh: TetMesh, volume: np.ndarray):
+def mass(pairs: Pairs, volume: np.ndarray) -> sparse.csr_matrix:
     """Consistent mass (3N, 3N) m3 of linear shape functions: ∫ L_a L_b = V (1 + δ_ab) / 20."""
-    entries = volume[:, None, None] * (1 + np.eye(4)) / 20
-    return each_axis(scalar_matrix(mesh.tets, len(mesh.nodes), entries))
+    return each_axis(scalar_matrix(pairs, volume[:, None, None] * (1 + np.eye(4)) / 20))
 
 
 def build(mesh: TetMesh, scale: np.ndarray) -> Matrices:
@@ -34,8 +42,9 @@ def build(mesh: TetMesh, scale: np.ndarray) -> Matrices:
     def product(i: int, j: int) -> np.ndarray:
         return weighted * g[:, :, None, i] * g[:, None, :, j]
 
-    D = gradient_products(mesh.tets, len(mesh.nodes), product)
-    return Matrices(mesh.nodes, shear_of(D), D.tocsr(), mass(mesh, volume))
+    pairs = pairs_of(mesh.tets, len(mesh.nodes))
+    D = gradient_products(pairs, product)
+    return Matrices(mesh.nodes, shear_of(D), D.tocsr(), mass(pairs, volume))
 
 
 P1 = Element("p1", 1, build, cells, basis)

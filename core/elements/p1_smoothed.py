@@ -15,7 +15,7 @@ from scipy import sparse
 from ..data import TetMesh
 from .element import Element, Matrices
 from .p1 import basis, cells, mass
-from .simplex import averages, gradients, shear_of, tet_edges
+from .simplex import averages, gradients, pairs_of, shear_of, tet_edges
 
 
 def domains(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray]:
@@ -47,7 +47,12 @@ def build(mesh: TetMesh, scale: np.ndarray) -> Matrices:
     gradient = divergences(mesh, g)
     shear, bulk = (smoothed_products(d, volume, gradient, scale) for d in domains(mesh))
     bulk.sort_indices()
-    return Matrices(mesh.nodes, shear_of(shear.tobsr((3, 3))), bulk, mass(mesh, volume))
+    return Matrices(
+        mesh.nodes,
+        shear_of(shear.tobsr((3, 3))),
+        bulk,
+        mass(pairs_of(mesh.tets, len(mesh.nodes)), volume),
+    )
 
 
 P1_SMOOTHED = Element("p1_smoothed", 1, build, cells, basis, domains)

@@ -5,6 +5,7 @@ G_ab = tr(D_ab) I + D_abᵀ - ⅔ D_ab.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from math import factorial
 
 import numpy as np
@@ -59,12 +60,23 @@ def quadrature(dimension: int, degree: int) -> tuple[np.ndarray, np.ndarray]:
     return np.column_stack([bary, left]), weight
 
 
-def pair_sums(cells: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, Callable, np.ndarray]:
-    """The block pattern of an assembled matrix: indices, indptr, a summing verb, the transpose.
+@dataclass(frozen=True, eq=False)
+class Pairs:
+    """The pattern of an assembled matrix: which pairs of points share a cell."""
 
-    The verb takes element entries (T, k, k) and returns those of the assembled pattern (nnz,); the
-    transpose (nnz,) tells where the mirrored entry is.
-    """
+    count: int  # points
+    columns: np.ndarray  # (nnz,) of each row in turn, ascending
+    starts: np.ndarray  # (count + 1,)
+    where: np.ndarray  # (T k k,) the entry that each element entry is added to
+    mirror: np.ndarray  # (nnz,) the transposed entry of each
+
+    def add(self, entries: np.ndarray) -> np.ndarray:
+        """(nnz,) sums of element entries (T, k, k)."""
+        return np.bincount(self.where, weights=entries.ravel(), minlength=len(self.columns))
+
+
+def pairs_of(cells: np.ndarray, count: int) -> Pairs:
+    """The pattern for `count` points in cells (T, k)."""
     k = cells.shape[1]
     key = (cells[:, :, None] * count + cells[:, None, :]).ravel()
     unique, where = np.unique(key, return_inverse=True)
@@ -72,24 +84,20 @@ def pair_sums(cells: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, Ca
     rows, columns = np.divmod(unique, count)
     mirror = np.empty(len(unique), int)
     mirror[where] = where.reshape(-1, k, k).transpose(0, 2, 1).ravel()
-
-    def add(entries: np.ndarray) -> np.ndarray:
-        return np.bincount(where, weights=entries.ravel(), minlength=len(unique))
-
-    return columns, np.searchsorted(rows, np.arange(count + 1)), add, mirror
+    return Pairs(count, columns, np.searchsorted(rows, np.arange(count + 1)), where, mirror)
 
 
 def gradient_products(
-    cells: np.ndarray, count: int, product: Callable[[int, int], np.ndarray], d: int = 3
+    pairs: Pairs, product: Callable[[int, int], np.ndarray], d: int = 3
 ) -> sparse.bsr_matrix:
     """D (d count, d count) in blocks d x d from element entries product(i, j) (T, k, k)."""
-    columns, starts, add, mirror = pair_sums(cells, count)
-    blocks = np.empty((len(columns), d, d))
+    blocks = np.empty((len(pairs.columns), d, d))
     for i in range(d):
         for j in range(i, d):
-            blocks[:, i, j] = add(product(i, j))
-            blocks[:, j, i] = blocks[mirror, i, j]
-    return sparse.bsr_matrix((blocks, columns, starts), shape=(d * count, d * count))
+            blocks[:, i, j] = pairs.add(product(i, j))
+            blocks[:, j, i] = blocks[pairs.mirror, i, j]
+    shape = (d * pairs.count, d * pairs.count)
+    return sparse.bsr_matrix((blocks, pairs.columns, pairs.starts), shape=shape)
 
 
 def shear_of(products: sparse.bsr_matrix) -> sparse.csr_matrix:
@@ -100,10 +108,11 @@ def shear_of(products: sparse.bsr_matrix) -> sparse.csr_matrix:
     return sparse.bsr_matrix((blocks, products.indices, products.indptr), products.shape).tocsr()
 
 
-def scalar_matrix(cells: np.ndarray, count: int, entries: np.ndarray) -> sparse.csr_matrix:
+def scalar_matrix(pairs: Pairs, entries: np.ndarray) -> sparse.csr_matrix:
     """(count, count) csr from element entries (T, k, k)."""
-    columns, starts, add, _ = pair_sums(cells, count)
-    return sparse.csr_matrix((add(entries), columns, starts), shape=(count, count))
+    return sparse.csr_matrix(
+        (pairs.add(entries), pairs.columns, pairs.starts), shape=(pairs.count, pairs.count)
+    )
 
 
 def each_axis(scalar: sparse.csr_matrix, d: int = 3) -> sparse.csr_matrix:
@@ -143,7 +152,8 @@ def assemble_lagrange(
         metric = (scale * volume)[:, None, None] * g[:, :, None, i] * g[:, None, :, j]
         return metric.reshape(-1, 16) @ table
 
-    D = gradient_products(where, count, product)
+    pairs = pairs_of(where, count)
+    D = gradient_products(pairs, product)
     masses = np.einsum("q,qa,qb->ab", weight, N, N)
-    mass = scalar_matrix(where, count, volume[:, None, None] * masses)
+    mass = scalar_matrix(pairs, volume[:, None, None] * masses)
     return Matrices(points, shear_of(D), D.tocsr(), each_axis(mass))
