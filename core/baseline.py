@@ -42,7 +42,11 @@ def reference_weights(shape: np.ndarray, data: Channels) -> np.ndarray:
 
 
 def build_law(
-    rings: list[RingDown], takes: tuple[Channels, ...], condition: tuple[int, ...], damping: str
+    rings: list[RingDown],
+    takes: tuple[Channels, ...],
+    condition: tuple[int, ...],
+    damping: str,
+    pitch: tuple[int, ...] | None = None,
 ) -> tuple[Law, np.ndarray]:
     """The declared law and its starting parameters from the ring-downs of the fitted takes.
 
@@ -53,12 +57,13 @@ def build_law(
     shapes[:, takes[0].support] = 0
     weights = np.array([reference_weights(s, takes[0]) for s in shapes])
     fitted = [i for i, t in enumerate(takes) if not t.take.held_out]
-    starts, conditions = [], max(condition[i] for i in fitted) + 1
+    pitch = condition if pitch is None else pitch
+    starts, conditions = [], max(pitch[i] for i in fitted) + 1
     block = [None] * conditions
     for ring, index in zip(rings, fitted, strict=True):
         z = np.clip(ring.damping_ratio, 1e-4, 0.85)
-        if block[condition[index]] is None:
-            block[condition[index]] = np.r_[np.log(ring.frequency), z]
+        if block[pitch[index]] is None:
+            block[pitch[index]] = np.r_[np.log(ring.frequency), z]
         at = (ring.amplitude @ weights.T).diagonal()  # complex, m at each mode's reference
         pole = -z + 1j * np.sqrt(1 - z**2)
         starts.append(np.concatenate([at.real, (at * pole).real]))
@@ -80,7 +85,7 @@ def build_law(
         reference=weights,
         duration=float(max(takes[i].time[takes[i].fit][-1] for i in fitted)),
     )
-    law = Law(takes, condition, weights, setting, damping)
+    law = Law(takes, condition, pitch, weights, setting, damping)
     return law, np.concatenate([*block, *starts])
 
 

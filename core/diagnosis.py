@@ -10,6 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .baseline import real_shapes
+from .data import poles
+from .harmonic_inversion import invert
+from .match import mac
 from .residual import misfit, nrmse
 from .time_layer import EVIDENCE, MATERIAL, NEARLY, Candidate, excess, judge, pairs, singles
 from .timefit import TimeFit
@@ -17,6 +21,8 @@ from .timefit import TimeFit
 ENOUGH = 0.80  # share of the excess that one effect must take to be the explanation
 ENOUGH_HELD = 0.70  # the same on held-out samples
 ENOUGH_BOTH = 0.88  # for two effects, which have more freedom
+WEAK = 0.05  # of the motion, rms: more than that is no forgotten weak mode
+SECOND_SIZE = 0.25  # of the declared fit's excess, rms, that a second effect must take
 SECOND = 0.6  # share of what the first leaves that a second must take
 QUIET = 1.1  # misfit per sample below which there is nothing to look for
 NOISY = 1.3  # misfit per sample above which noise alone is no explanation
@@ -55,11 +61,37 @@ def diagnose(declared: TimeFit) -> Verdict:
     both = [c for c in pairs(declared, strong) if sufficient(c, ENOUGH_BOTH)]
     if both:
         return _two(chain, both, ranked)
+    if over < WEAK and more_modes(declared):
+        return Verdict("adequate", chain, (), (), ranked, ())
     partial = tuple(c for c in strong[:1] if c.share > 0.3 and not c.held_share < 0.3)
     if partial:
         chain += ((partial[0].names[0], partial[0].found),)
     twins = tuple(twins_of(c, strong) for c in partial)
     return Verdict("unexplained", chain, partial, twins, ranked, ())
+
+
+def more_modes(declared: TimeFit) -> bool:
+    """Whether further weak modes, each with a shape of its own, are all that is left.
+
+    A body has more modes than a model matches; their pitches and shapes are the modal layer's
+    business. A line with the first mode's shape is none of them: it mimics what acts in time.
+    """
+    data = declared.law.takes[declared.law.fitted[0]]
+    on = ~data.support
+    left = (data.values - declared.predicted[declared.law.fitted[0]])[data.fit][:, on]
+    time = data.time[data.fit]
+    ring = invert(time, left, noise=data.sigma[on], max_modes=5)
+    shapes, _ = real_shapes(ring.amplitude)
+    first = declared.shapes[0, on]
+    own = [k for k, s in enumerate(shapes) if mac(s, first) < 0.7 and ring.damping_ratio[k] < 0.2]
+    if not own:
+        return False
+    phase = np.exp(np.outer(time, poles(ring.frequency[own], ring.damping_ratio[own])))
+    q, _ = np.linalg.qr(np.hstack([phase.real, phase.imag, np.ones((len(time), 1))]))
+    y = np.nan_to_num(left) / data.sigma[on]
+    rest = float(((y - q @ (q.T @ y)) ** 2).sum())
+    over = float((y**2).sum()) - y.size
+    return rest < NOISY * y.size or float((y**2).sum()) - rest > ENOUGH * over
 
 
 def gained(before: TimeFit, after: TimeFit) -> float:
@@ -96,7 +128,7 @@ def _add_second(chain, first: Candidate, ranked, over: float) -> Verdict:
         more = [c for c in singles(first.found, first.names) if c.evidence > EVIDENCE]
         for c in more[:1]:
             size = gained(first.found, c.found)
-            if size < max(MATERIAL, 0.1 * over):
+            if size < max(MATERIAL, SECOND_SIZE * over):
                 minor = ((c.names[-1], size),)
             elif c.share >= SECOND and not c.held_share < 0.5:
                 chain += ((c.names[-1], c.found),)

@@ -29,6 +29,7 @@ EVIDENCE = 10.0  # gain in BIC (Kass and Raftery 1995: very strong)
 ENOUGH = 0.6  # share of the misfit that an effect of the body must take
 NEARLY = 0.8  # of the best one's gain makes a twin
 CLEAR = 6.0  # misfit per piece above which no known effect is a finding in itself
+SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 PULLED = 3.0  # standard deviations beyond which a prediction keeps to the model
 
 
@@ -73,8 +74,9 @@ def examine(heard: Heard, verdict: Verdict, stiff: np.ndarray, sigma: np.ndarray
     base, K = ground.base, len(ground.measured.frequency)
     pieces = K * PIECES + (K - 1) + (ground.pull is not None)
     plain = replace(plain, warnings=_sag_lines(ground))
-    if chi2_law.sf(base.chi2, pieces) > DOUBT:
-        return plain
+    ratios = max(len(base.pitch_pull) - 1, 1)
+    if chi2_law.sf((base.pitch_pull**2).sum(), ratios) > DOUBT:
+        return plain  # shapes alone, bent by whatever acts in time, name nothing
     ranked = suspects(ground, heard.body.case.declared)
     over = base.chi2 - pieces
     good = [
@@ -113,8 +115,10 @@ def _ground(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     samples = max(int(data.fit.sum()), 1)
     size = np.abs(final.shapes).max(axis=1, keepdims=True)
     swing = np.array([u.std() for u in final.motions[0].T])
+    left = (data.values - final.predicted[final.law.fitted[0]])[data.fit]
+    rest = SPILL * np.sqrt(np.nanmean(left**2, axis=0)) / np.maximum(swing[:, None], 1e-300)
     noise = data.sigma / np.maximum(swing[:, None], 1e-300) / np.sqrt(samples / 2)
-    shape_error = np.hypot(noise * np.sqrt(inflation(final)), SHAPE_FLOOR * size)
+    shape_error = np.sqrt(noise**2 + rest**2 + (SHAPE_FLOOR * size) ** 2)
     shape_error = np.where(data.support, 1e12, shape_error)
     sag, pull, unit = None, None, None
     case = body.case

@@ -8,10 +8,16 @@ from .baseline import build_law, real_shapes, with_body
 from .body import Body, build_body
 from .channels import Channels
 from .data import Case, ElasticModel, RingDown, poles, replace
+from .effects.partner import partner
+from .harmonic_inversion import invert
 from .listen import listen
-from .match import Match, align, has_twin, match_modes, pursue, select, turning
-from .timefit import Law, TimeFit, fit
+from .match import PAIR, Match, align, has_twin, likeness, match_modes, pursue, select, turning
+from .timefit import Law, TimeFit, extend, fit
 
+WEAK = 0.6  # likeness in shape less twice the difference in pitch that makes a weak mode known
+QUIET = 1.1  # misfit per sample below which nothing is left to look at
+FAINT = 0.02  # of the strongest mode's swing: below, a partner is not looked for
+PAIR_EVIDENCE = 20.0  # gain in BIC that the other direction of a degenerate pair must bring
 HELD_PERIODS = 2.0  # of the first mode, from which the start of a held-out take is fitted
 
 
@@ -69,11 +75,93 @@ def hear(case: Case, bare: ElasticModel, find_release) -> Heard:
     law, start = build_law(chosen, takes, condition, damping_law(case.declared))
     first = matches[condition[fitted[0]]]
     law, turns = _informed(law, bodies, matches, chosen, condition)
+    if len(matches) == 1 and None not in first.modes:
+        body = bodies[condition[fitted[0]]]
+        weak = _weak_modes(fit(law, start, evaluations=30), body, first)
+        if weak is not None:
+            ring, first = weak
+            matches[condition[fitted[0]]] = first
+            chosen = [_amplitudes(takes[i], ring) for i in fitted]
+            law, start = build_law(chosen, takes, condition, damping_law(case.declared))
+            law, turns = _informed(law, bodies, matches, chosen, condition)
     computed = bodies[condition[fitted[0]]].modes.frequency
     setting = replace(law.setting, paired=has_twin(first.modes, computed))
-    law = replace(law, setting=setting, turning=turning(first.modes, computed))
-    declared = fit(law, start, evaluations=60)
+    turns_too = turning(first.modes, computed)
+    if turns_too and len(fitted) > 1:  # each release picks a direction of its own in the pair
+        apart = _apart(takes, condition)
+        law, start = build_law(chosen, takes, apart, damping_law(case.declared), condition)
+        law, turns = _informed(law, bodies, matches, chosen, condition)
+    law = replace(law, setting=setting, turning=turns_too)
+    declared = _with_partners(fit(law, start, evaluations=60), turns_too)
     return Heard(takes, rings, condition, bodies, first, turns, declared)
+
+
+def _weak_modes(found: TimeFit, body: Body, match: Match) -> tuple[RingDown, Match] | None:
+    """The poles with those that only the residual shows, where they are modes of the body.
+
+    A weak mode hides behind strong ones until those are taken off; it counts when its pitch and
+    its shape are those of a computed mode that was not matched yet.
+    """
+    law = found.law
+    data = law.takes[law.fitted[0]]
+    left = (data.values - found.predicted[law.fitted[0]])[data.fit]
+    on = ~data.support
+    if found.chi2 < QUIET * found.samples:
+        return None
+    rest = invert(data.time[data.fit], left[:, on], noise=data.sigma[on], max_modes=6)
+    scale = found.frequency[0] / body.modes.frequency[match.modes[0]]
+    seen, frequency = body.seen(data), body.modes.frequency * scale
+    new_f, new_z, modes = list(found.frequency), list(found.damping_ratio), list(match.modes)
+    for k, amplitude in enumerate(rest.amplitude):
+        shape = np.zeros(len(on))
+        shape[on] = real_shapes(amplitude[None])[0][0]
+        f, z = rest.frequency[k], rest.damping_ratio[k]
+        fits = [
+            (likeness(shape, seen, frequency, j) - 2 * abs(np.log(f / frequency[j])), j)
+            for j in range(len(frequency))
+            if all(m != j and abs(frequency[m] / frequency[j] - 1) > PAIR for m in modes)
+        ]
+        quality, j = max(fits, default=(0.0, None))
+        if quality > WEAK and z < 0.25:
+            new_f, new_z, modes = [*new_f, f], [*new_z, z], [*modes, j]
+    if len(modes) == len(match.modes):
+        return None
+    m = len(modes)
+    ring = RingDown(new_f, np.clip(new_z, 1e-4, 0.85), np.zeros((m, len(on))), np.zeros(len(on)),
+                    data.sigma, np.eye(2 * m))  # fmt: skip
+    return _amplitudes(data, ring), Match(match.poles + (0,) * (m - len(match.modes)), tuple(modes))
+
+
+def _apart(takes, condition) -> tuple[int, ...]:
+    """A condition of its own for every fitted take; a held-out one keeps that of its loads."""
+    fitted = [i for i, t in enumerate(takes) if not t.take.held_out]
+    first = {condition[i]: n for n, i in reversed(list(enumerate(fitted)))}
+    return tuple(
+        fitted.index(i) if i in fitted else first.get(condition[i], len(fitted))
+        for i in range(len(takes))
+    )
+
+
+def _with_partners(found: TimeFit, pairs: tuple[int, ...]) -> TimeFit:
+    """The fit with the other direction of those degenerate modes that show it."""
+    swing = np.array([np.abs(u).max(axis=0) for u in found.motions]).max(axis=0)
+    for k in pairs:
+        if swing[k] < FAINT * swing.max():
+            continue
+        setting = replace(
+            found.law.setting, omega=2 * np.pi * found.frequency, zeta=found.damping_ratio
+        )
+        found = replace(found, law=replace(found.law, setting=setting))
+        effect = partner(k)
+        tries = []
+        for start in effect.starts(setting, None):
+            law, p = extend(found, (effect,), [start])
+            tries.append(fit(law, p, evaluations=20))
+        wider = min(tries, key=lambda t: t.chi2)
+        price = (wider.unknowns - found.unknowns) * np.log(wider.samples)
+        if found.chi2 - wider.chi2 > price + PAIR_EVIDENCE and not effect.veto(wider):
+            found = wider
+    return found
 
 
 def _key(take):
@@ -111,6 +199,11 @@ def _same_poles(data: Channels, rings, index: int, condition, matches) -> RingDo
     ring = select(rings[source], matches[c].poles)
     if source == index:
         return ring
+    return _amplitudes(data, ring)
+
+
+def _amplitudes(data: Channels, ring: RingDown) -> RingDown:
+    """The ring-down with the amplitudes that its poles have in a take."""
     use = data.fit & np.isfinite(data.values).all(axis=1)
     phase = np.exp(np.outer(data.time[use], poles(ring.frequency, ring.damping_ratio)))
     basis = np.hstack([phase.real, -phase.imag, np.ones((use.sum(), 1))])

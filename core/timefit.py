@@ -24,7 +24,8 @@ class Law:
     """What is fitted: how many modes, how they lose energy, with which effects."""
 
     takes: tuple[Channels, ...]
-    condition: tuple[int, ...]  # per take: which loads and gravity; shapes are shared within
+    condition: tuple[int, ...]  # per take: whose shapes it shares
+    pitch: tuple[int, ...]  # per take: which loads and gravity; pitch and damping are shared
     reference: np.ndarray  # (K, C) weights: reference_k . S_k = 1
     setting: Setting
     damping: str = "free"  # "free" | "common" | "none"
@@ -53,7 +54,7 @@ class Law:
     def sizes(self) -> tuple[int, int, int]:
         """Numbers of parameters for pitch and damping, starts, effects."""
         inner = sum(len(bounds(e, self.modes)[0]) for e in self.effects)
-        return 2 * self.modes * self.conditions, 2 * self.modes * len(self.fitted), inner
+        return 2 * self.modes * (max(self.pitch[i] for i in self.fitted) + 1), 2 * self.modes * len(self.fitted), inner
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +144,7 @@ def _unpack(law: Law, P: np.ndarray, take: int):
     """omega (B, K), zeta (B, K), start (B, 2, K), thetas of the fitted take number `take`."""
     K = law.modes
     a, b, _ = law.sizes()
-    at = 2 * K * law.condition[law.fitted[take]]
+    at = 2 * K * law.pitch[law.fitted[take]]
     omega = 2 * np.pi * np.exp(P[:, at : at + K])
     zeta = P[:, at + K : at + 2 * K]
     if law.damping == "common":
@@ -399,10 +400,10 @@ def _ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.
     if not same:
         return np.full(law.takes[index].values.shape, np.nan)
     model = law.fitted.index(same[0])
-    one = replace(law, takes=(law.takes[index],), condition=(0,))
+    one = replace(law, takes=(law.takes[index],), condition=(0,), pitch=(0,))
     one = replace(one, takes=(replace(one.takes[0], take=replace(one.takes[0].take, held_out=False)),))
     a, b, _ = law.sizes()
-    K, at = law.modes, 2 * law.modes * condition
+    K, at = law.modes, 2 * law.modes * law.pitch[index]
     lead = np.r_[p[at : at + 2 * K], np.zeros(2 * K), p[a + b :]]
     each = 1 + sum(_widths(law))
     head = law.own * law.conditions + each * model

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+SAME_SHAPE = 0.7  # share of a second motion along a mode's shape that makes it a mere companion
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -134,3 +136,11 @@ def reduced_basis(parts: list[np.ndarray], mass) -> np.ndarray:
     w, v = np.linalg.eigh(X.T @ (mass @ X))
     keep = w > 1e-9 * w[-1]
     return X @ (v[:, keep] / np.sqrt(w[keep]))
+
+
+def companion(found, k: int) -> str:
+    """Why the last effect's columns are no motion of another direction than mode k; or ""."""
+    first = found.coefficients[:, k] / np.linalg.norm(found.coefficients[:, k])
+    second = found.column_shapes()[-1]
+    alike = ((first @ second) ** 2).sum() / max((second**2).sum(), 1e-300)
+    return f"its shape is that of mode {k + 1}" if alike > SAME_SHAPE else ""

@@ -8,7 +8,7 @@ Source      Rayleigh, The Theory of Sound, vol. 1, 221 a (split modes of bells)
 
 import numpy as np
 
-from .base import Effect, Parameter
+from .base import Effect, Parameter, companion
 
 
 def columns(theta, setting, time, u):
@@ -22,11 +22,7 @@ def columns(theta, setting, time, u):
 
 def veto(found):
     """A companion of the same shape is no second direction: it mimics what follows amplitude."""
-    first = found.coefficients[:, 0]
-    q, _ = np.linalg.qr(first[:, None])
-    second = found.column_shapes()[-1].T
-    alike = ((second @ q) ** 2).sum() / max((second**2).sum(), 1e-300)
-    return "its shape is that of the first mode" if alike > 0.85 else ""
+    return companion(found, 0)
 
 
 EFFECT = Effect(

@@ -1,0 +1,39 @@
+"""The other direction of a degenerate pair: part of every symmetric body, not an effect.
+
+Law         a second motion at the pitch of mode k, with its own damping ratio and shape
+Tells       the motion turns in an ellipse without beating
+Source      Rayleigh, The Theory of Sound, vol. 1, 221 a; a split beyond `SPREAD` is split_modes
+"""
+
+import numpy as np
+
+from .base import Effect, companion
+
+SPREAD = 0.004  # relative: what meshing and an object's making split by
+
+
+def partner(k: int) -> Effect:
+    """The partner of measured mode `k`; theta = (split, damping ratio)."""
+
+    def columns(theta, setting, time, u):
+        omega = setting.omega[k] * (1 + theta[:, 0])[:, None]
+        zeta = theta[:, 1][:, None]
+        phase = omega * np.sqrt(1 - zeta**2) * time
+        fall = np.exp(-zeta * omega * time)
+        return np.stack([fall * np.cos(phase), fall * np.sin(phase)], axis=2)
+
+    return Effect(
+        name=f"partner of mode {k + 1}",
+        layer="pair",
+        parameters=(),
+        twins=(),
+        settle="",
+        low=(-SPREAD, 1e-4),
+        high=(SPREAD, 0.4),
+        starts=lambda setting, residual: [
+            (split, float(np.clip(share * setting.zeta[k], 1e-3, 0.3)))
+            for split, share in ((0.002, 0.8), (-0.002, 1.25))
+        ],
+        columns=columns,
+        veto=lambda found: companion(found, k),
+    )
