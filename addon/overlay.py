@@ -10,7 +10,12 @@ from mathutils import Matrix, Vector
 
 from . import keep, read, ready
 
-SKIN, INSIDE, PINS = (0.1, 0.8, 1.0, 0.7), (0.1, 0.8, 1.0, 0.06), (1.0, 0.45, 0.1, 1.0)
+SKIN, HIDDEN, INSIDE, PINS = (
+    (0.1, 0.8, 1.0, 0.7),
+    (0.1, 0.8, 1.0, 0.2),
+    (0.1, 0.8, 1.0, 0.04),
+    (1.0, 0.45, 0.1, 1.0),
+)
 LIFT = 1.004  # drawn this much larger about the middle, so as not to sink into the surface
 MEASURED, PREDICTED = (1.0, 1.0, 1.0, 1.0), (0.2, 1.0, 0.4, 1.0)
 SIZE, PIN = 7.0, 4.0  # px
@@ -47,9 +52,10 @@ def _cage(context, obj: bpy.types.Object) -> None:
         gpu.matrix.multiply_matrix(Matrix(found.local.tolist()).to_4x4() @ lift)
         shader.uniform_float("color", SKIN)
         skin.draw(shader)
-        gpu.state.depth_test_set("NONE")
-        shader.uniform_float("color", INSIDE)
-        inside.draw(shader)
+        gpu.state.depth_test_set("NONE")  # a coarse cage cuts corners: a hint of it shows through
+        for colour, edges in ((HIDDEN, skin), (INSIDE, inside)):
+            shader.uniform_float("color", colour)
+            edges.draw(shader)
         gpu.state.depth_test_set("LESS_EQUAL")
 
 

@@ -21,12 +21,18 @@ ELEMENTS = 600
 SCALE = 0.75
 PLACES = {
     "middle": (500, 500),
+    "object": (1121, 742),
+    "resolution": (1121, 589),
+    "build": (1193, 547),
+    "show cage": (1275, 547),
+    "pins": (1121, 503),
+    "recording": (1121, 401),
     "calibrate": (1201, 636),
     "picture": (1157, 323),
-    "result header": (1121, 608),
+    "markers": (1246, 323),
+    "result": (1121, 608),
     "bake": (1157, 454),
 }
-FOLDED = (401, 503, 589, 742)  # headers of Recording, Pins, Resolution, Object
 
 
 def enable():
@@ -67,6 +73,14 @@ def click(x, y):
     window().event_simulate(type="LEFTMOUSE", value="RELEASE", x=int(x), y=int(y))
 
 
+def press(name):
+    """The mouse goes there, waits as a hand does until the button lights up, and clicks."""
+    mouse(*PLACES[name])
+    yield 0.3
+    click(*PLACES[name])
+    yield 0.3
+
+
 def key(kind, x=None, y=None):
     x, y = (x, y) if x is not None else PLACES["middle"]
     window().event_simulate(type=kind, value="PRESS", x=x, y=y)
@@ -105,11 +119,19 @@ def open_tab():
     raise AssertionError("no tab")
 
 
-def fold():
-    """Close panels from the bottom up, so that the others stay in place."""
-    for y in FOLDED:
-        click(1121, y)
-        yield 0.5
+def build():
+    """Cut the example; panels are folded from the bottom up, so that the others stay in place."""
+    for header in ("recording", "pins"):
+        yield from press(header)
+    yield from press("build")
+    yield from wait(lambda: facts().cage and job().child is None, 120)
+    mouse(*PLACES["middle"])
+    yield 0.5
+    shot("2_cage")
+    yield from press("show cage")
+    yield 0.5
+    for header in ("resolution", "object"):
+        yield from press(header)
 
 
 def wait(until, seconds=300):
@@ -130,7 +152,7 @@ def story():
     mouse(*PLACES["middle"])
     yield 0.5
     shot("1_tab")
-    yield from fold()
+    yield from build()
     yield from still()
     yield from cancel()
     yield from calibrate()
@@ -150,9 +172,9 @@ def still():
 
 
 def cancel():
-    click(*PLACES["calibrate"])
+    yield from press("calibrate")
     yield from wait(lambda: job().child and job().child.progress.fraction > 0.1, 20)
-    shot("2_running")
+    shot("3_running")
     yield 0.3
     mouse(*PLACES["middle"])
     key("ESC")
@@ -164,7 +186,7 @@ def cancel():
 
 
 def calibrate():
-    click(*PLACES["calibrate"])
+    yield from press("calibrate")
     yield from wait(lambda: job().child is not None, 5)
     mouse(*PLACES["middle"])
     yield 0.5
@@ -176,14 +198,17 @@ def calibrate():
     print(f"Event loop: longest pause {1000 * HEART['pause']:.0f} ms while calibrating")
     assert facts().report, "no result"
     yield 0.5
-    shot("3_result")
+    shot("4_result")
 
 
 def picture():
-    click(*PLACES["picture"])
+    yield from press("markers")
+    yield 0.5
+    assert bpy.context.scene.ringdown_object.ringdown.show_ghost, "no markers"
+    yield from press("picture")
     yield from wait(lambda: len(bpy.context.window_manager.windows) == 2, 10)
     yield 1.5
-    shot("4_picture")
+    shot("5_picture")
     other = bpy.context.window_manager.windows[-1]
     space = other.screen.areas[0].spaces.active
     assert space.type == "IMAGE_EDITOR", space.type
@@ -191,13 +216,15 @@ def picture():
     with bpy.context.temp_override(window=other):
         bpy.ops.wm.window_close()
     yield 0.5
+    mouse(*PLACES["result"])
+    yield 0.5
 
 
 def bake():
     obj = bpy.context.scene.ringdown_object
-    click(*PLACES["result header"])
+    yield from press("result")
     yield 0.5
-    click(*PLACES["bake"])
+    yield from press("bake")
     yield from wait(lambda: obj.data.shape_keys is not None, 10)
     mouse(*PLACES["middle"])
     yield 0.5
@@ -208,9 +235,9 @@ def bake():
     key("SPACE")
     yield 0.5
     assert bpy.context.scene.frame_current != begun
-    bpy.context.scene.frame_set(2)
+    bpy.context.scene.frame_set(3)
     yield 0.5
-    shot("5_baked")
+    shot("6_baked")
 
 
 HEART = {"on": False, "last": 0.0, "pause": 0.0}
@@ -232,7 +259,7 @@ def run():
         try:
             return next(told)
         except StopIteration:
-            os.system(f"cp {STAGE}/5_baked.png {STAGE}/out.png")
+            os.system(f"cp {STAGE}/6_baked.png {STAGE}/out.png")
             bpy.ops.wm.quit_blender()
         except Exception:  # noqa: BLE001  (whatever it is, the window must not stay open)
             import traceback
