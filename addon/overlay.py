@@ -92,8 +92,8 @@ def _ghost(context, obj: bpy.types.Object) -> None:
     measured, predicted = markers_at(context, obj)
     shader = gpu.shader.from_builtin("UNIFORM_COLOR")
     gpu.state.depth_test_set("NONE")
-    gpu.state.point_size_set(SIZE)
-    for places, colour in ((measured, MEASURED), (predicted, PREDICTED)):
+    for places, colour, size in ((measured, MEASURED, 1.5 * SIZE), (predicted, PREDICTED, SIZE)):
+        gpu.state.point_size_set(size)
         if len(places):
             shader.uniform_float("color", colour)
             batch_for_shader(shader, "POINTS", {"pos": places}).draw(shader)

@@ -13,6 +13,7 @@ import pathlib
 import time
 
 import bpy
+from mathutils import Euler
 
 STAGE = pathlib.Path("/mnt/stage")
 EXAMPLE = "/mnt/checkout/assets/jelly/case.toml"
@@ -100,6 +101,7 @@ def prepare():
     bpy.context.object.ringdown.elements = ELEMENTS
     with bpy.context.temp_override(window=window(), area=view(), region=view().regions[-1]):
         bpy.ops.view3d.view_selected()
+    view().spaces.active.region_3d.view_rotation = Euler((1.25, 0, -0.35)).to_quaternion()
 
 
 def open_tab():
