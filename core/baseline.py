@@ -8,7 +8,7 @@ from .channels import Channels
 from .data import RingDown
 from .effects.base import Setting
 from .elasticity import surface_quadrature
-from .timefit import Law
+from .law import Law
 
 SKIN = 60  # points of the surface at which drag is summed
 PLACES = 6  # where a force may sit, to start from
@@ -33,9 +33,7 @@ def px_per_metre(data: Channels) -> float:
 
 def reference_weights(shape: np.ndarray, data: Channels) -> np.ndarray:
     """(C,) weights w: w . shape is the motion, m, of the marker that moves most."""
-    size = np.array(
-        [np.linalg.norm(shape[data.marker == m]) for m in range(data.marker.max() + 1)]
-    )
+    size = np.array([np.linalg.norm(shape[data.marker == m]) for m in range(data.marker.max() + 1)])
     size[np.unique(data.marker[data.support])] = 0
     best = data.marker == int(np.argmax(size))
     return np.where(best, shape, 0) / (np.linalg.norm(shape[best]) * px_per_metre(data))

@@ -64,5 +64,3 @@ def reach(body: Body, mode: int) -> float:
     moved = np.linalg.norm((body.markers @ shape.ravel()).reshape(-1, 3), axis=1)
     on = [m.on == "object" for m in body.case.takes[0].recording.markers]
     return float(moved[np.array(on)].max())
-
-

@@ -9,6 +9,7 @@ from pathlib import Path
 from .bake import save_motion
 from .errors import CaseError, CoreError
 from .report import write_report
+from .stiffening_study import add_arguments, stiffening_main
 
 WAIT = 1.0  # s of work before progress is shown
 
@@ -47,6 +48,12 @@ def _parser() -> argparse.ArgumentParser:
     two.add_argument("--plot", type=Path, help="picture, .png")
     two.add_argument("--magnify", type=Path, help="the first mode made visible, .mp4")
     two.set_defaults(run=_ringdown)
+    three = commands.add_parser("stiffening", help="how much too stiff each resolution is")
+    add_arguments(three)
+    three.set_defaults(run=lambda o: print(stiffening_main(o, _progress(False))))
+    four = commands.add_parser("study", help="mesh-dependent stiffness, from first principles")
+    four.add_argument("--out", type=Path, required=True, help="folder for figures and study.json")
+    four.set_defaults(run=_study)
     return parser
 
 
@@ -106,7 +113,7 @@ def _table(report: dict) -> str:
         for e in diagnosis["effects"]
     ]
     f, z = first["natural_frequency_hz"]["value"], first["damping_ratio"]["value"]
-    lines.append(f"first pitch {f:.4g} Hz, damping ratio {z:.3g}, material E {young['value']:.4g} Pa")
+    lines.append(f"first pitch {f:.4g} Hz, damping ratio {z:.3g}, E {young['value']:.4g} Pa")
     lines += [f"note: {line}" for line in report["warnings"]]
     lines += [f"next: {line}" for line in diagnosis["advice"][:3]]
     return "\n".join(lines)
@@ -123,6 +130,13 @@ def _progress(as_json: bool):
             shown[0] = text
 
     return say
+
+
+def _study(options) -> None:
+    from .study import study
+
+    study(options.out, _progress(False))
+    print(f"{options.out}: study.json and four pictures")
 
 
 def _ringdown(options) -> None:

@@ -13,10 +13,10 @@ import numpy as np
 from .baseline import real_shapes
 from .data import poles
 from .harmonic_inversion import invert
+from .law import TimeFit
 from .match import mac
 from .residual import misfit, nrmse
 from .time_layer import EVIDENCE, MATERIAL, NEARLY, Candidate, excess, judge, pairs, singles
-from .timefit import TimeFit
 
 ENOUGH = 0.80  # share of the excess that one effect must take to be the explanation
 ENOUGH_HELD = 0.70  # the same on held-out samples

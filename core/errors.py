@@ -1,4 +1,4 @@
-"""The one family of errors: each message names the thing, what it is, what is needed, what to do."""
+"""The one family of errors: each message names the thing, what it is and needs, what to do."""
 
 
 class CoreError(Exception):

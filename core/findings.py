@@ -1,4 +1,4 @@
-"""The verdict on the whole: what the time layer found, and what pitches and shapes say beside it."""
+"""The verdict on the whole: what the time layer found, and what pitches and shapes add to it."""
 
 from dataclasses import dataclass, replace
 
@@ -8,6 +8,7 @@ from scipy.stats import chi2 as chi2_law
 from .diagnosis import Verdict
 from .elasticity import gravity_force, static
 from .joint import Heard
+from .law import TimeFit
 from .modal_layer import (
     PIECES,
     PITCH_FLOOR,
@@ -22,7 +23,6 @@ from .modal_layer import (
 from .report import estimate
 from .residual import nrmse
 from .tell import inflation, parameters
-from .timefit import TimeFit
 
 DOUBT = 1e-3  # chance below which pitches and shapes do not fit the declared body
 EVIDENCE = 10.0  # gain in BIC (Kass and Raftery 1995: very strong)
@@ -80,9 +80,7 @@ def examine(heard: Heard, verdict: Verdict, stiff: np.ndarray, sigma: np.ndarray
     ranked = suspects(ground, heard.body.case.declared)
     over = base.chi2 - pieces
     good = [
-        s
-        for s in ranked
-        if s.evidence > EVIDENCE and base.chi2 - s.hypothesis.chi2 > ENOUGH * over
+        s for s in ranked if s.evidence > EVIDENCE and base.chi2 - s.hypothesis.chi2 > ENOUGH * over
     ]
     before = _row(None, heard, verdict, ground, base)
     misfit = (float((base.pitch_pull**2).sum()), float(base.shape_chi2.sum()))

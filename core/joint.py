@@ -10,9 +10,10 @@ from .channels import Channels
 from .data import Case, ElasticModel, RingDown, poles, replace
 from .effects.partner import partner
 from .harmonic_inversion import invert
+from .law import Law, TimeFit
 from .listen import listen
 from .match import PAIR, Match, align, has_twin, likeness, match_modes, pursue, select, turning
-from .timefit import Law, TimeFit, extend, fit
+from .timefit import extend, fit
 
 WEAK = 0.6  # likeness in shape less twice the difference in pitch that makes a weak mode known
 QUIET = 1.1  # misfit per sample below which nothing is left to look at
@@ -61,10 +62,7 @@ def hear(case: Case, bare: ElasticModel, find_release) -> Heard:
     keys = [_key(take) for take in case.takes]
     order = list(dict.fromkeys(keys))
     condition = tuple(order.index(key) for key in keys)
-    bodies = tuple(
-        build_body(case, bare, next(d.take for d, k in zip(takes, keys, strict=True) if k == key).loads)
-        for key in order
-    )
+    bodies = tuple(build_body(case, bare, case.takes[keys.index(key)].loads) for key in order)
     matches = {}
     for i, data in enumerate(takes):
         if condition[i] not in matches and not data.take.held_out:

@@ -38,7 +38,8 @@ def listen(take: Take, find_release) -> tuple[Channels, RingDown]:
     if span < PERIODS * period:
         raise RecordingError(
             f"recording {take.name}: it lasts {span:.3g} s after the release, "
-            f"{span / period:.2g} periods of the lowest mode; {PERIODS:g} are needed. Record longer."
+            f"{span / period:.2g} periods of the lowest mode; {PERIODS:g} are needed. "
+            "Record longer."
         )
     return data, _spread(ring, moving, noise)
 
@@ -64,6 +65,12 @@ def _spread(ring: RingDown, moving: np.ndarray, noise: np.ndarray) -> RingDown:
     offset = np.zeros(len(moving))
     offset[moving] = ring.offset
     return RingDown(
-        ring.frequency, ring.damping_ratio, amplitude, offset, noise, ring.covariance, ring.t0,
+        ring.frequency,
+        ring.damping_ratio,
+        amplitude,
+        offset,
+        noise,
+        ring.covariance,
+        ring.t0,
         ring.warnings,
     )

@@ -68,9 +68,7 @@ def pursue(ring: RingDown, time: np.ndarray, values: np.ndarray, sigma: np.ndarr
     return order, np.array(shapes), np.array(gains)
 
 
-def match_modes(
-    ring: RingDown, chase: tuple, frequency: np.ndarray, shapes: np.ndarray
-) -> Match:
+def match_modes(ring: RingDown, chase: tuple, frequency: np.ndarray, shapes: np.ndarray) -> Match:
     """Match `ring` to computed modes at any one modulus: frequency (m,), shapes (m, C).
 
     `chase` is what `pursue` gave. The modulus is unknown, so every computed mode is tried as the
@@ -118,7 +116,7 @@ def _partner(one, taken, modes, computed):
 
 
 def has_twin(modes: tuple[int | None, ...], frequency: np.ndarray) -> bool:
-    """Whether the first matched mode is one of a (nearly) degenerate pair, the other not matched."""
+    """Whether the first matched mode is one of a nearly degenerate pair, the other not matched."""
     if modes[0] is None:
         return True
     near = np.flatnonzero(np.abs(frequency / frequency[modes[0]] - 1) < 4 * PAIR)

@@ -5,7 +5,8 @@ import numpy as np
 from .data import Motion
 from .elasticity import gravity_force, point_operator, static
 from .joint import Heard
-from .timefit import TimeFit, trajectories
+from .law import TimeFit
+from .timefit import trajectories
 
 SAMPLES_PER_PERIOD = 32
 

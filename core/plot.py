@@ -104,7 +104,8 @@ def _budget(axes, result) -> None:
     rows = np.arange(len(names))
     axes.barh(rows + 0.2, [shares[n] for n in names], 0.38, color=RED, label="before")
     ratio = result.left_after  # energy after over before
-    axes.barh(rows - 0.2, [ratio * after.get(n, 0) for n in names], 0.38, color=GREEN, label="after")
+    rest = [ratio * after.get(n, 0) for n in names]
+    axes.barh(rows - 0.2, rest, 0.38, color=GREEN, label="after")
     axes.set_yticks(rows, names)
     axes.invert_yaxis()
     axes.set_title("where the misfit sits, share of its energy before", fontsize=9, loc="left")

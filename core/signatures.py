@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .timefit import TimeFit
+from .law import TimeFit
 
 NAMES = (
     "mean", "envelope", "pitch over amplitude", "pitch over time", "harmonics", "single markers",

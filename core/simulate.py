@@ -5,11 +5,11 @@ import numpy as np
 from .effects.base import Setting, State
 
 RUNAWAY = 1e3  # first amplitudes; a motion that has run away stays finite
-STEPS_PER_PERIOD = 32  # of the first mode; only the added forces see the step, and as its square
+STEPS_PER_PERIOD = 32  # of the first mode; only added forces see the step, and as its square
 
 
 def free_swing(omega, zeta, start, time):
-    """u, u' (B, T, K) of u'' + 2 z w u' + w^2 u = 0 from start (B, 2, K) at times (B, T), t >= 0."""
+    """u, u' (B, T, K) of u'' + 2 z w u' + w^2 u = 0 from start (B, 2, K), at times (B, T)."""
     return _glide(omega, zeta, (start[:, None, 0], start[:, None, 1]), time[:, :, None])
 
 

@@ -7,10 +7,10 @@ from .dac import SURE
 from .data import Estimate
 from .diagnosis import Verdict, errors, probabilities
 from .joint import Heard
+from .law import TimeFit
 from .match import likeness
 from .report import estimate, estimate_of
 from .residual import noise_share
-from .timefit import TimeFit
 
 
 def inflation(found: TimeFit) -> float:

@@ -14,8 +14,9 @@ import numpy as np
 from .baseline import px_per_metre
 from .effects import TIME_EFFECTS, base_motion, lost_frames, tracker_drift
 from .effects.base import Effect
+from .law import TimeFit
 from .residual import misfit, motion_rms, nrmse
-from .timefit import TimeFit, extend, fit, screen
+from .timefit import extend, fit, screen
 
 EVIDENCE = 20.0  # least gain in BIC (Kass and Raftery 1995 call 10 very strong)
 MATERIAL = 0.005  # least share of the motion's RMS

@@ -6,154 +6,18 @@ Unknown     pitch and damping per mode, start of every take, the effects' parame
 Source      Golub and Pereyra, Inverse Problems 19 (2003) R1 (variable projection)
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from .ahead import ahead
 from .channels import Channels
-from .effects.base import Effect, Setting
+from .effects.base import Effect
+from .law import Law, TimeFit, bounds, unpack
 from .simulate import swing
 
 WILD = 1e7  # noise units; a motion that runs away is a bad fit, not an error
-FARTHEST = 30.0  # most that a place moves in a higher mode over the first
 PIN = 1e3  # weight that keeps S at the reference at one, so that u is in metres there
-
-
-@dataclass(frozen=True, eq=False)
-class Law:
-    """What is fitted: how many modes, how they lose energy, with which effects."""
-
-    takes: tuple[Channels, ...]
-    condition: tuple[int, ...]  # per take: whose shapes it shares
-    pitch: tuple[int, ...]  # per take: which loads and gravity; pitch and damping are shared
-    reference: np.ndarray  # (K, C) weights: reference_k . S_k = 1
-    setting: Setting
-    damping: str = "free"  # "free" | "common" | "none"
-    effects: tuple[Effect, ...] = ()
-    turning: tuple[int, ...] = ()  # modes of a degenerate pair, whose motion may be an ellipse
-
-    @property
-    def modes(self) -> int:
-        return len(self.reference)
-
-    @property
-    def conditions(self) -> int:
-        """How many sets of shapes there are."""
-        return max(self.condition[i] for i in self.fitted) + 1
-
-    @property
-    def own(self) -> int:
-        """Columns of one condition's modes: one each, two for those that may turn."""
-        return self.modes + len(self.turning)
-
-    @property
-    def fitted(self) -> list[int]:
-        """Takes that take part in the fit."""
-        return [i for i, t in enumerate(self.takes) if not t.take.held_out]
-
-    def sizes(self) -> tuple[int, int, int]:
-        """Numbers of parameters for pitch and damping, starts, effects."""
-        inner = sum(len(bounds(e, self.modes)[0]) for e in self.effects)
-        return 2 * self.modes * (max(self.pitch[i] for i in self.fitted) + 1), 2 * self.modes * len(self.fitted), inner
-
-
-@dataclass(frozen=True, eq=False)
-class TimeFit:
-    """A fitted law, with what it leaves."""
-
-    law: Law
-    parameters: np.ndarray
-    covariance: np.ndarray
-    coefficients: np.ndarray  # (C, nb)
-    predicted: tuple[np.ndarray, ...]  # per take (T, C), fit and held-out part
-    chi2: float  # over the fitted samples
-    samples: int
-    unknowns: int
-    residuals: np.ndarray  # (R,) noise units
-    jacobian: np.ndarray  # (R, p)
-    motions: tuple[np.ndarray, ...] = ()  # per fitted take (T, K) u
-
-    @property
-    def frequency(self) -> np.ndarray:
-        """(K,) Hz natural, of the first condition"""
-        return np.exp(self.parameters[: self.law.modes])
-
-    @property
-    def damping_ratio(self) -> np.ndarray:
-        """(K,)"""
-        K = self.law.modes
-        if self.law.damping == "none":
-            return np.zeros(K)
-        z = self.parameters[K : 2 * K]
-        return np.full(K, z[0]) if self.law.damping == "common" else z
-
-    @property
-    def theta(self) -> list[np.ndarray]:
-        """Inner parameters, one array an effect."""
-        a, b, _ = self.law.sizes()
-        return _split(self.law, self.parameters[None, a + b :])
-
-    def column_shapes(self) -> list[np.ndarray]:
-        """(C, q) of every effect, from the first fitted take; q may be 0."""
-        law = self.law
-        each = _widths(law)
-        at = law.own * law.conditions + 1
-        order = [e for e in law.effects if e.force] + [e for e in law.effects if e.columns]
-        out = {}
-        for effect in order:
-            width = each[law.effects.index(effect)]
-            out[law.effects.index(effect)] = self.coefficients[:, at : at + width]
-            at += width
-        none = np.zeros((len(self.coefficients), 0))
-        return [out.get(i, none) for i in range(len(law.effects))]
-
-    @property
-    def shapes(self) -> np.ndarray:
-        """(K, C) of the first condition, channels' unit per metre at the reference."""
-        return self.coefficients[:, : self.law.modes].T
-
-
-def bounds(effect: Effect, modes: int) -> tuple[np.ndarray, np.ndarray]:
-    """Of the inner parameters: its own, then where a force sits, by its share in higher modes."""
-    spread = np.full(modes - 1 if effect.force else 0, FARTHEST)
-    return np.r_[effect.low, -spread], np.r_[effect.high, spread]
-
-
-def _widths(law: Law) -> list[int]:
-    """Columns of every effect, by asking it for two instants."""
-    some, u = np.zeros((1, 2)), np.zeros((1, 2, law.modes))
-    out = []
-    for effect in law.effects:
-        low, high = bounds(effect, law.modes)
-        middle = ((low + high) / 2)[None]
-        width = effect.columns(middle, law.setting, some, u).shape[2] if effect.columns else 0
-        out.append(width + bool(effect.force))
-    return out
-
-
-def _split(law: Law, theta):
-    out, at = [], 0
-    for effect in law.effects:
-        width = len(bounds(effect, law.modes)[0])
-        out.append(theta[:, at : at + width])
-        at += width
-    return out
-
-
-def _unpack(law: Law, P: np.ndarray, take: int):
-    """omega (B, K), zeta (B, K), start (B, 2, K), thetas of the fitted take number `take`."""
-    K = law.modes
-    a, b, _ = law.sizes()
-    at = 2 * K * law.pitch[law.fitted[take]]
-    omega = 2 * np.pi * np.exp(P[:, at : at + K])
-    zeta = P[:, at + K : at + 2 * K]
-    if law.damping == "common":
-        zeta = np.repeat(zeta[:, :1], K, axis=1)
-    if law.damping == "none":
-        zeta = np.zeros_like(zeta)
-    start = P[:, a + 2 * K * take : a + 2 * K * (take + 1)].reshape(-1, 2, K)
-    start = start * np.stack([np.ones_like(omega), omega], axis=1)
-    return omega, zeta, start, _split(law, P[:, a + b :])
 
 
 def _motion(law: Law, unpacked, data: Channels):
@@ -225,7 +89,7 @@ def _solve(law: Law, P: np.ndarray, horizon: float = 1.0):
     bases, uses = [], []
     for take, index in enumerate(law.fitted):
         data = law.takes[index]
-        basis, bar = _basis(law, _unpack(law, P, take), take)
+        basis, bar = _basis(law, unpack(law, P, take), take)
         values = _given(law, take)
         use = data.known & data.fit[:, None]
         use &= (data.time <= horizon * data.time[data.fit][-1] + 1e-12)[:, None]
@@ -300,7 +164,7 @@ def fit(law: Law, start: np.ndarray, horizons=(1.0,), evaluations: int = 10) -> 
 
 
 def _look(law: Law, x: np.ndarray, high: np.ndarray, horizon: float):
-    """Residuals and Jacobian from one batch of motions: marching many costs little more than one."""
+    """Residuals and Jacobian from one batch of motions: many march for little more than one."""
     steps = _steps(law)
     moves = np.where(x + steps < high, steps, -steps)
     r = _residuals(law, np.vstack([x, x + np.diag(moves)]), horizon)
@@ -365,14 +229,14 @@ def conclude(law: Law, p: np.ndarray, jac: np.ndarray) -> TimeFit:
     for take, index in enumerate(law.fitted):
         y = (bases[take][0] @ coefficients[0][:, :, None])[..., 0].T
         predicted[index] = y + sum(e.given(index) for e in law.effects if e.given)
-        motions.append(_motion(law, _unpack(law, p[None], take), law.takes[index])[0][0])
+        motions.append(_motion(law, unpack(law, p[None], take), law.takes[index])[0][0])
     held = _support(law, p)
     scale = np.linalg.norm(jac, axis=0)
     scale = np.where(scale > 0, scale, 1.0)
     inverse = np.linalg.pinv((jac / scale).T @ (jac / scale), rcond=1e-12)
     for index, data in enumerate(law.takes):
         if data.take.held_out:
-            predicted[index] = _ahead(law, p, coefficients[0], index)
+            predicted[index] = ahead(law, p, coefficients[0], index, _basis)
     found = TimeFit(
         law=law,
         parameters=p,
@@ -389,60 +253,11 @@ def conclude(law: Law, p: np.ndarray, jac: np.ndarray) -> TimeFit:
     return found
 
 
-def _ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.ndarray:
-    """(T, C) of a whole held-out take: all is known but its start, fitted where `fit` says.
-
-    Its offsets are those of the first fitted take of its condition; motions that belong to a
-    release scale with the start.
-    """
-    condition = law.condition[index]
-    same = [i for i in law.fitted if law.condition[i] == condition]
-    if not same:
-        return np.full(law.takes[index].values.shape, np.nan)
-    model = law.fitted.index(same[0])
-    one = replace(law, takes=(law.takes[index],), condition=(0,), pitch=(0,))
-    one = replace(one, takes=(replace(one.takes[0], take=replace(one.takes[0].take, held_out=False)),))
-    a, b, _ = law.sizes()
-    K, at = law.modes, 2 * law.modes * law.pitch[index]
-    lead = np.r_[p[at : at + 2 * K], np.zeros(2 * K), p[a + b :]]
-    each = 1 + sum(_widths(law))
-    head = law.own * law.conditions + each * model
-    own = coefficients[:, law.own * condition : law.own * (condition + 1)]
-    known = np.hstack([own, coefficients[:, head : head + each]])
-    data = one.takes[0]
-    use = data.fit[:, None] & data.known & ~data.support
-
-    def guess(starts, strength):
-        P = np.tile(lead, (len(starts), 1))
-        P[:, 2 * K : 4 * K] = starts
-        basis, _ = _basis(one, _unpack(one, P, 0), 0)
-        scaled = known.copy()
-        scaled[:, law.own + 1 :] *= strength
-        return np.swapaxes((basis @ scaled[None, :, :, None])[..., 0], 1, 2)
-
-    return _started(guess, data, use, (p[a + 2 * K * model : a + 2 * K * (model + 1)], law))
-
-
-def _started(guess, data, use, given) -> np.ndarray:
-    """(T, C) with the start (2K,) that fits the used samples best, by Gauss-Newton."""
-    first, law = given
-    size = np.hypot(*first.reshape(2, -1)).max()
-    x, step = np.zeros(len(first)), 1e-4 * law.setting.amplitude
-    for _ in range(12):
-        strength = np.hypot(*x.reshape(2, -1)).max() / size
-        y = guess(np.vstack([x, x + step * np.eye(len(x))]), strength)
-        r = np.where(use, (data.values - y) / data.sigma, 0.0).reshape(len(y), -1)
-        slope = (r[1:] - r[0]).T / step
-        x = x - np.linalg.lstsq(slope, r[0], rcond=1e-8)[0]
-    strength = np.hypot(*x.reshape(2, -1)).max() / size
-    return guess(x[None], strength)[0]
-
-
 def _support(law: Law, p: np.ndarray) -> np.ndarray:
     """(C, nb) bool: coefficients that are barred."""
     barred = 0
     for take in range(len(law.fitted)):
-        barred = barred + _basis(law, _unpack(law, p[None], take), take)[1]
+        barred = barred + _basis(law, unpack(law, p[None], take), take)[1]
     return barred > 0
 
 
@@ -466,5 +281,5 @@ def trajectories(found: TimeFit, time: np.ndarray) -> tuple[np.ndarray, list]:
         values=np.zeros((len(time), len(law.takes[index].sigma))),
         fit=np.ones(len(time), bool),
     )
-    u, _, columns, _ = _motion(bodily, _unpack(bodily, found.parameters[None], 0), data)
+    u, _, columns, _ = _motion(bodily, unpack(bodily, found.parameters[None], 0), data)
     return u[0], [(effect, values[0]) for effect, values in columns]

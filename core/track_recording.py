@@ -6,7 +6,11 @@ import numpy as np
 
 from .data import Camera, Marker, Recording
 from .errors import RecordingError
-from .video import open_video
+from .track_clock import check_rate
+from .track_points import blur_of_place, check_points
+from .video import Video, frame_at, open_video
+
+EDGE = 0.5  # px: a marker told no better than this in one direction would spoil a fit of both
 
 
 def track_recording(  # noqa: PLR0913  (three of them by keyword only)
@@ -34,6 +38,7 @@ def track_recording(  # noqa: PLR0913  (three of them by keyword only)
             "frame used."
         )
     points = np.array([marker.pixel for marker in markers], float)
+    _check_corners(video, markers, points, start, capture_fps)
     tracks = track(
         video,
         points,
@@ -53,6 +58,21 @@ def track_recording(  # noqa: PLR0913  (three of them by keyword only)
         capture_fps=capture_fps,
         warnings=tracks.warnings + _size_warning(video, camera),
     )
+
+
+def _check_corners(video: Video, markers, points, start, capture_fps) -> None:
+    """Raises RecordingError for a marker that is seen in one direction only, or not at all."""
+    check_rate(capture_fps)
+    opening = frame_at(video, round((start or 0.0) * capture_fps)).grey
+    check_points(opening, points)
+    _, worst = blur_of_place(opening, points)
+    for marker, (u, v), blur in zip(markers, points, worst, strict=True):
+        if blur > EDGE:
+            raise RecordingError(
+                f"{video.path.name}: marker {marker.name} at ({u:g}, {v:g}) px lies on a straight "
+                f"edge: along it its place is told to {blur:.2g} px only, {EDGE} px are needed. "
+                "Pick a corner, a dot or a speckle."
+            )
 
 
 def _size_warning(video, camera: Camera) -> tuple[str, ...]:

@@ -1,6 +1,6 @@
 """Stiffer one way than the other: a curved wall, a fold, a preload that slackens.
 
-Law         u'' + ... + w^2 u = -w^2 b |x|^p A^(1-p) at the reference, p = 1 (bilinear) to 2 (quadratic)
+Law         u'' + ... + w^2 u = -w^2 b |x|^p A^(1-p), p = 1 (bilinear) to 2 (quadratic)
 Tells       the mean shifts with amplitude, a second harmonic; both flip with the side of release
 Looks like  contact, relaxation, perspective; release from both sides settles it
 Source      Nayfeh and Mook, Nonlinear Oscillations (1979), 2.3.1 (quadratic), ch. 3 (bilinear)

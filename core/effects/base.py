@@ -43,7 +43,6 @@ class Setting:
     towards: np.ndarray | None = None  # (C,) seen motion times motion towards the camera, per m2
     paired: bool = True  # the first mode has a degenerate partner that was not matched
 
-
     def lever(self, couples: np.ndarray) -> float:
         """Motion, over the reference's in mode 1, of the known place nearest to `couples`."""
         if not len(self.levers):

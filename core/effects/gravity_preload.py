@@ -10,13 +10,14 @@ import numpy as np
 
 from ..data import replace
 from ..elasticity import geometric_stiffness, gravity_force, static
-from .base import Effect, Family, Parameter, reduced_basis
+from .base import Effect, Family, reduced_basis
 
 
 def change_model(model, theta):
     """theta = (gx, gy, gz m/s2, Young's modulus Pa that carries the weight)."""
     stress = weight_stiffness(model, np.asarray(theta[:3]))
-    return replace(model, shear=model.shear + stress * (2 * (1 + model.material.poisson_ratio) / theta[3]))
+    mu = 2 * (1 + model.material.poisson_ratio)
+    return replace(model, shear=model.shear + stress * (mu / theta[3]))
 
 
 def weight_stiffness(model, gravity: np.ndarray):

@@ -1,8 +1,8 @@
 """Stiffness that depends on amplitude, the same both ways: stretching, or a softening gel.
 
-Law         u'' + ... + w^2 u = -(8/3) w^2 s x^3 (1 + q x^2/A^2), s the shift per metre squared
+Law         u'' + ... + w^2 u = -(8/3) w^2 s x^3 (1 + q x^2/A^2), s the shift per metre2
 Tells       the pitch follows the amplitude squared (backbone curve); a third harmonic
-Looks like  stiffness_drift while there is one take; contact; a take of another size tells them apart
+Looks like  stiffness_drift while there is one take; contact; a take of another size settles it
 Source      Nayfeh and Mook, Nonlinear Oscillations (1979), 2.3: df/f = 3 k3 A^2 / (8 w^2)
 """
 

@@ -23,7 +23,8 @@ def family(body, solve):
     """From cork to rubber; theta = nu."""
     model = body.model
     modes = body.modes.shapes.reshape(-1, body.modes.shapes.shape[2])
-    basis = reduced_basis([modes] + [solve(change_model(model, (v,)), 10) for v in VALUES], model.mass)
+    others = [solve(change_model(model, (v,)), 10) for v in VALUES]
+    basis = reduced_basis([modes, *others], model.mass)
     G, B = basis.T @ (model.shear @ basis), basis.T @ (model.bulk @ basis)
     M = np.eye(basis.shape[1])
     grid = np.r_[np.linspace(0.0, 0.44, 12), 0.46, 0.48, 0.49, 0.495][:, None]

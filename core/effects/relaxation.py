@@ -40,7 +40,9 @@ EFFECT = Effect(
     starts=starts,
     columns=columns,
     report=report,
-    veto=lambda found: "slower than the record"
-    if np.exp(found.theta[-1][0][0]) > found.law.setting.duration
-    else "",
+    veto=lambda found: (
+        "slower than the record"
+        if np.exp(found.theta[-1][0][0]) > found.law.setting.duration
+        else ""
+    ),
 )

@@ -55,8 +55,10 @@ EFFECT = Effect(
     high=(np.log(2e3),),
     starts=starts,
     columns=columns,
-    veto=lambda found: "fewer than three cycles"
-    if np.exp(found.theta[-1][0][0]) * found.law.setting.duration < 3
-    else "",
+    veto=lambda found: (
+        "fewer than three cycles"
+        if np.exp(found.theta[-1][0][0]) * found.law.setting.duration < 3
+        else ""
+    ),
     report=report,
 )

@@ -1,0 +1,148 @@
+"""The law that the tracks are fitted by, and what a fit of it knows."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .channels import Channels
+from .effects.base import Effect, Setting
+
+FARTHEST = 30.0  # most that a place moves in a higher mode over the first
+
+
+@dataclass(frozen=True, eq=False)
+class Law:
+    """What is fitted: how many modes, how they lose energy, with which effects."""
+
+    takes: tuple[Channels, ...]
+    condition: tuple[int, ...]  # per take: whose shapes it shares
+    pitch: tuple[int, ...]  # per take: which loads and gravity; pitch and damping are shared
+    reference: np.ndarray  # (K, C) weights: reference_k . S_k = 1
+    setting: Setting
+    damping: str = "free"  # "free" | "common" | "none"
+    effects: tuple[Effect, ...] = ()
+    turning: tuple[int, ...] = ()  # modes of a degenerate pair, whose motion may be an ellipse
+
+    @property
+    def modes(self) -> int:
+        return len(self.reference)
+
+    @property
+    def conditions(self) -> int:
+        """How many sets of shapes there are."""
+        return max(self.condition[i] for i in self.fitted) + 1
+
+    @property
+    def own(self) -> int:
+        """Columns of one condition's modes: one each, two for those that may turn."""
+        return self.modes + len(self.turning)
+
+    @property
+    def fitted(self) -> list[int]:
+        """Takes that take part in the fit."""
+        return [i for i, t in enumerate(self.takes) if not t.take.held_out]
+
+    def sizes(self) -> tuple[int, int, int]:
+        """Numbers of parameters for pitch and damping, starts, effects."""
+        inner = sum(len(bounds(e, self.modes)[0]) for e in self.effects)
+        pitches = max(self.pitch[i] for i in self.fitted) + 1
+        return 2 * self.modes * pitches, 2 * self.modes * len(self.fitted), inner
+
+
+@dataclass(frozen=True, eq=False)
+class TimeFit:
+    """A fitted law, with what it leaves."""
+
+    law: Law
+    parameters: np.ndarray
+    covariance: np.ndarray
+    coefficients: np.ndarray  # (C, nb)
+    predicted: tuple[np.ndarray, ...]  # per take (T, C), fit and held-out part
+    chi2: float  # over the fitted samples
+    samples: int
+    unknowns: int
+    residuals: np.ndarray  # (R,) noise units
+    jacobian: np.ndarray  # (R, p)
+    motions: tuple[np.ndarray, ...] = ()  # per fitted take (T, K) u
+
+    @property
+    def frequency(self) -> np.ndarray:
+        """(K,) Hz natural, of the first condition"""
+        return np.exp(self.parameters[: self.law.modes])
+
+    @property
+    def damping_ratio(self) -> np.ndarray:
+        """(K,)"""
+        K = self.law.modes
+        if self.law.damping == "none":
+            return np.zeros(K)
+        z = self.parameters[K : 2 * K]
+        return np.full(K, z[0]) if self.law.damping == "common" else z
+
+    @property
+    def theta(self) -> list[np.ndarray]:
+        """Inner parameters, one array an effect."""
+        a, b, _ = self.law.sizes()
+        return split_inner(self.law, self.parameters[None, a + b :])
+
+    def column_shapes(self) -> list[np.ndarray]:
+        """(C, q) of every effect, from the first fitted take; q may be 0."""
+        law = self.law
+        each = widths(law)
+        at = law.own * law.conditions + 1
+        order = [e for e in law.effects if e.force] + [e for e in law.effects if e.columns]
+        out = {}
+        for effect in order:
+            width = each[law.effects.index(effect)]
+            out[law.effects.index(effect)] = self.coefficients[:, at : at + width]
+            at += width
+        none = np.zeros((len(self.coefficients), 0))
+        return [out.get(i, none) for i in range(len(law.effects))]
+
+    @property
+    def shapes(self) -> np.ndarray:
+        """(K, C) of the first condition, channels' unit per metre at the reference."""
+        return self.coefficients[:, : self.law.modes].T
+
+
+def bounds(effect: Effect, modes: int) -> tuple[np.ndarray, np.ndarray]:
+    """Of the inner parameters: its own, then where a force sits, by its share in higher modes."""
+    spread = np.full(modes - 1 if effect.force else 0, FARTHEST)
+    return np.r_[effect.low, -spread], np.r_[effect.high, spread]
+
+
+def widths(law: Law) -> list[int]:
+    """Columns of every effect, by asking it for two instants."""
+    some, u = np.zeros((1, 2)), np.zeros((1, 2, law.modes))
+    out = []
+    for effect in law.effects:
+        low, high = bounds(effect, law.modes)
+        middle = ((low + high) / 2)[None]
+        width = effect.columns(middle, law.setting, some, u).shape[2] if effect.columns else 0
+        out.append(width + bool(effect.force))
+    return out
+
+
+def split_inner(law: Law, theta):
+    out, at = [], 0
+    for effect in law.effects:
+        width = len(bounds(effect, law.modes)[0])
+        out.append(theta[:, at : at + width])
+        at += width
+    return out
+
+
+def unpack(law: Law, P: np.ndarray, take: int):
+    """omega (B, K), zeta (B, K), start (B, 2, K), thetas of the fitted take number `take`."""
+    K = law.modes
+    a, b, _ = law.sizes()
+    at = 2 * K * law.pitch[law.fitted[take]]
+    omega = 2 * np.pi * np.exp(P[:, at : at + K])
+    zeta = P[:, at + K : at + 2 * K]
+    if law.damping == "common":
+        zeta = np.repeat(zeta[:, :1], K, axis=1)
+    if law.damping == "none":
+        zeta = np.zeros_like(zeta)
+    start = P[:, a + 2 * K * take : a + 2 * K * (take + 1)].reshape(-1, 2, K)
+    start = start * np.stack([np.ones_like(omega), omega], axis=1)
+    return omega, zeta, start, split_inner(law, P[:, a + b :])
