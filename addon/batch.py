@@ -37,6 +37,11 @@ from .mesh import new_object
 def main(argv: list[str]) -> int:
     """Exit status 0: done. 2: refused, one line on standard error."""
     options = _parse(argv)
+    try:
+        _object(options.object, ())  # before a minute of work, not after
+    except CoreError as error:
+        print(f"ringdown: {error}", file=sys.stderr)
+        return 2
     with tempfile.TemporaryDirectory() as folder:
         motion = Path(folder, "motion.npz")
         arguments = ["calibrate", str(options.case), "--out", str(options.out)]
@@ -49,7 +54,7 @@ def main(argv: list[str]) -> int:
         try:
             _bake(options, bake.load_motion(motion)[0])
         except CoreError as error:
-            print(error, file=sys.stderr)
+            print(f"ringdown: {error}", file=sys.stderr)
             return 2
     return 0
 

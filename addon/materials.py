@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import bpy
 from bl_operators.presets import AddPresetBase
 
+from . import ready, words
+
 
 @dataclass(frozen=True)
 class Preset:
@@ -59,14 +61,10 @@ class RINGDOWN_OT_material(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        from .ready import refuse, target
-
-        return refuse(cls, "" if target(context) else "Pick a mesh object first")
+        return ready.refuse(cls, "" if ready.target(context) else "Pick a mesh object first")
 
     def execute(self, context):
-        from .ready import target
-
-        preset, material = PRESETS[self.preset], target(context).ringdown.material
+        preset, material = PRESETS[self.preset], ready.target(context).ringdown.material
         material.name, material.source = preset.name, preset.source
         material.density, material.poisson_ratio = preset.density, preset.poisson_ratio
         material.modulus = preset.modulus / 1000
@@ -87,7 +85,10 @@ class RINGDOWN_OT_material_save(AddPresetBase, bpy.types.Operator):
     bl_label = "Save Material"
     preset_menu = "RINGDOWN_MT_material"
     preset_subdir = "ringdown/material"
-    preset_defines = ["material = bpy.context.object.ringdown.material"]
+    preset_defines = [
+        "obj = bpy.context.scene.ringdown_object or bpy.context.object",
+        "material = obj.ringdown.material",
+    ]
     preset_values = [
         "material.name",
         "material.source",
@@ -95,6 +96,19 @@ class RINGDOWN_OT_material_save(AddPresetBase, bpy.types.Operator):
         "material.poisson_ratio",
         "material.modulus",
     ]
+
+    @classmethod
+    def poll(cls, context):
+        return ready.refuse(cls, "" if ready.target(context) else "Pick a mesh object first")
+
+    def pre_cb(self, context):
+        settings = ready.target(context).ringdown
+        if self.remove_active or not settings.facts.report:
+            return
+        found = words.report(settings.facts.report)
+        settings.material.name = self.name or settings.material.name
+        settings.material.modulus = found["youngs_modulus"]["material"]["value"] / 1000
+        settings.material.source = f"Calibrated, {found['case']}"
 
 
 CLASSES = (RINGDOWN_OT_material, RINGDOWN_MT_material, RINGDOWN_OT_material_save)

@@ -235,8 +235,18 @@ CLASSES = (
 )
 
 
+def overridable(group: type) -> None:
+    """Every property of the group may be changed on a library override, and is then kept."""
+    for deferred in group.__annotations__.values():
+        rules = {"LIBRARY_OVERRIDABLE"}
+        if deferred.function is CollectionProperty:
+            rules.add("USE_INSERTION")
+        deferred.keywords["override"] = rules
+
+
 def register():
     for one in CLASSES:
+        overridable(one)
         bpy.utils.register_class(one)
     bpy.types.Object.ringdown = PointerProperty(
         type=RINGDOWN_PG_object, override={"LIBRARY_OVERRIDABLE"}

@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -345,3 +346,62 @@ def test_a_copied_object_takes_its_calibration_along(bar, fake, tmp_path):
     assert bpy.ops.ringdown.bake() == {"FINISHED"}
     assert copy.data.shape_keys
     assert bar.data.shape_keys is None
+
+
+def test_an_own_material_travels_with_its_calibrated_modulus(bar, fake, tmp_path):
+    prepared(bar, tmp_path)
+    bpy.ops.ringdown.calibrate()
+    bar.ringdown.material.density = 1234
+    assert bpy.ops.ringdown.material_save(name="My Jelly") == {"FINISHED"}
+    (kept,) = bpy.utils.preset_paths("ringdown/material")
+    (preset,) = (path for path in Path(kept).iterdir() if path.stem.lower() == "my_jelly")
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.ops.ringdown.use()
+    bpy.ops.script.execute_preset(filepath=str(preset), menu_idname="RINGDOWN_MT_material")
+    material = bpy.context.object.ringdown.material
+    assert material.density == 1234
+    assert np.isclose(material.modulus, 100.0)
+    assert "Calibrated" in material.source
+
+
+def test_an_appended_object_brings_its_calibration_and_bakes(bar, fake, tmp_path):
+    prepared(bar, tmp_path)
+    bpy.ops.ringdown.calibrate()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "from.blend"))
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    with bpy.data.libraries.load(str(tmp_path / "from.blend")) as (there, here):
+        here.objects = list(there.objects)
+    obj = here.objects[0]
+    bpy.context.collection.objects.link(obj)
+    bpy.context.view_layer.objects.active = obj
+    assert bpy.ops.ringdown.bake() == {"FINISHED"}
+    assert len(obj.data.shape_keys.key_blocks) == 2
+
+
+def test_a_linked_object_is_refused_with_the_way_out(bar, fake, tmp_path):
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "from.blend"))
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    with bpy.data.libraries.load(str(tmp_path / "from.blend"), link=True) as (there, here):
+        here.objects = list(there.objects)
+    bpy.context.collection.objects.link(here.objects[0])
+    bpy.context.view_layer.objects.active = here.objects[0]
+    assert "make it local" in message(bpy.ops.ringdown.calibrate)
+
+
+def test_settings_on_a_library_override_can_be_edited_and_survive_reload(bar, fake, tmp_path):
+    prepared(bar, tmp_path)
+    bpy.ops.ringdown.material(preset="DRAGON_30")
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "from.blend"))
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    with bpy.data.libraries.load(str(tmp_path / "from.blend"), link=True) as (there, here):
+        here.objects = list(there.objects)
+    mine = here.objects[0].override_create()
+    bpy.context.collection.objects.link(mine)
+    mine.ringdown.elements = 777
+    mine.ringdown.material.density = 1111
+    name = mine.name
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "over.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "over.blend"))
+    mine = next(o for o in bpy.data.objects if o.name == name and o.override_library)
+    assert mine.ringdown.elements == 777
+    assert mine.ringdown.material.density == 1111
