@@ -110,3 +110,28 @@ def _clip(path: Path, markers: list[dict]) -> bpy.types.MovieClip:
         track = clip.tracking.tracks.new(name=marker["name"], frame=1)
         track.markers[0].co = ((u + 0.5) / width, 1 - (v + 0.5) / height)
     return clip
+
+
+class RINGDOWN_OT_case_open(bpy.types.Operator):
+    """Open a case folder: its mesh as a new object with pins, points, recording and camera"""
+
+    bl_idname = "ringdown.case_open"
+    bl_label = "Open Case"
+    bl_options = {"REGISTER", "UNDO"}
+    filepath: bpy.props.StringProperty(subtype="FILE_PATH")
+    filter_glob: bpy.props.StringProperty(default="*.toml", options={"HIDDEN"})
+
+    def invoke(self, context, _event):
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context):
+        try:
+            open_case(context, Path(bpy.path.abspath(self.filepath)))
+        except CoreError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+
+CLASSES = (RINGDOWN_OT_case_open,)

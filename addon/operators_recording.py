@@ -1,7 +1,6 @@
 """The recording: its tracks, its clock, its free part, and where its points sit on the mesh."""
 
 import math
-from pathlib import Path
 
 import bpy
 import numpy as np
@@ -224,34 +223,9 @@ def under_mouse(context, event, obj: bpy.types.Object):
     return (place, face) if hit else None
 
 
-class RINGDOWN_OT_case_open(bpy.types.Operator):
-    """Open a case folder: its mesh as a new object with pins, points, recording and camera"""
-
-    bl_idname = "ringdown.case_open"
-    bl_label = "Open Case"
-    bl_options = {"REGISTER", "UNDO"}
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH")
-    filter_glob: bpy.props.StringProperty(default="*.toml", options={"HIDDEN"})
-
-    def invoke(self, context, _event):
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
-
-    def execute(self, context):
-        from .open_case import open_case
-
-        try:
-            open_case(context, Path(bpy.path.abspath(self.filepath)))
-        except CoreError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        return {"FINISHED"}
-
-
 CLASSES = (
     RINGDOWN_OT_read,
     RINGDOWN_OT_slow_motion,
     RINGDOWN_OT_free_part,
     RINGDOWN_OT_place,
-    RINGDOWN_OT_case_open,
 )

@@ -5,12 +5,14 @@ from bpy.props import EnumProperty, IntProperty, StringProperty
 
 from . import (
     materials,
+    open_case,
     operators_bake,
     operators_object,
     operators_recording,
     operators_run,
     overlay,
     panels,
+    panels_result,
     properties,
     running,
 )
@@ -48,9 +50,11 @@ CLASSES = (
     *materials.CLASSES,
     *operators_object.CLASSES,
     *operators_recording.CLASSES,
+    *open_case.CLASSES,
     *operators_run.CLASSES,
     *operators_bake.CLASSES,
     *panels.CLASSES,
+    *panels_result.CLASSES,
 )
 _command = None
 

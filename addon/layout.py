@@ -1,0 +1,55 @@
+"""What all panels of the tab have in common. Nothing is worked out in them, only shown."""
+
+import bpy
+
+from . import ready, words
+
+
+def say(layout, text: str, icon: str = "NONE", width: int = 0) -> None:
+    """Text in as many lines as the sidebar needs, the icon before the first."""
+    column = layout.column(align=True)
+    width = width or max(
+        20, int(bpy.context.region.width / (6.5 * scale())) - (6 if icon != "NONE" else 4)
+    )
+    for k, line in enumerate(words.wrapped(text, width)):
+        column.label(text=line, icon=icon if k == 0 else ("BLANK1" if icon != "NONE" else "NONE"))
+
+
+def scale() -> float:
+    return bpy.context.preferences.system.ui_scale
+
+
+def needs(layout, why: str) -> None:
+    """The one line that says what a step still needs."""
+    if why:
+        say(layout, why, "INFO")
+
+
+def fact(layout, name: str, value: str) -> None:
+    """A name on the left, its value on the right, as properties are laid out."""
+    split = layout.split(factor=0.4)
+    left = split.column()
+    left.alignment = "RIGHT"
+    left.label(text=name)
+    split.label(text=value)
+
+
+class Step:
+    """What all panels of the tab have in common."""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Ringdown"
+
+
+class SubStep(Step):
+    bl_parent_id = "RINGDOWN_PT_main"
+
+    @classmethod
+    def poll(cls, context):
+        return ready.target(context) is not None
+
+    def draw(self, context):
+        self.layout.use_property_split = True
+        self.layout.use_property_decorate = False
+        self.fill(context, self.layout, ready.target(context))

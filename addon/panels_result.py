@@ -1,0 +1,123 @@
+"""The tab, second half: calibrate, result and bake."""
+
+import bpy
+
+from . import marks, ready, words
+from .job import NOW
+from .layout import SubStep, fact, needs, say
+
+
+class RINGDOWN_PT_calibrate(SubStep, bpy.types.Panel):
+    bl_label = "Calibrate"
+
+    def fill(self, context, layout, obj):
+        if NOW.child:
+            told = NOW.child.progress
+            layout.progress(factor=told.fraction, text=f"{told.fraction:.0%}")
+            say(layout, told.text)
+            layout.operator("ringdown.cancel", icon="X")
+            return
+        column = layout.column()
+        column.scale_y = 1.4
+        column.operator("ringdown.calibrate", icon="PLAY")
+        needs(layout, ready.for_calibration(context))
+
+
+class RINGDOWN_PT_result(SubStep, bpy.types.Panel):
+    bl_label = "Result"
+
+    def fill(self, context, layout, obj):
+        facts = obj.ringdown.facts
+        if not facts.report:
+            needs(layout, ready.for_result(context))
+            return
+        report = words.report(facts.report)
+        icon, line = words.VERDICTS[report["diagnosis"]["verdict"]]
+        say(layout, line, icon)
+        self.found(layout, report["diagnosis"])
+        self.modes(layout, report)
+        self.numbers(layout, report)
+        row = layout.row(align=True)
+        row.operator("ringdown.picture", text="Picture", icon="IMAGE_DATA")
+        row.use_property_split = False
+        row.prop(obj.ringdown, "show_ghost", text="Markers", toggle=True, icon="GHOST_ENABLED")
+        row = layout.row(align=True)
+        row.operator("ringdown.export_report", text="Report", icon="EXPORT")
+        row.operator("ringdown.export", text="Case", icon="EXPORT")
+        self.next(layout, report)
+
+    def found(self, layout, diagnosis):
+        for effect in diagnosis["effects"]:
+            say(layout, words.effect(effect), "DOT")
+            if effect["twins"]:
+                twins = " or ".join(words.name(twin) for twin in effect["twins"])
+                say(layout, f"This film cannot tell it from {twins}", "BLANK1")
+
+    def modes(self, layout, report):
+        box = layout.box().column(align=True)
+        row = box.row()
+        for text in ("Measured", "Computed", "Damping"):
+            row.label(text=text)
+        for mode in report["modes"]:
+            row = box.row()
+            row.label(text=f"{mode['natural_frequency_hz']['value']:.2f} Hz")
+            computed = mode["model_frequency_hz"]
+            row.label(text=f"{computed:.2f} Hz" if computed else "none")
+            row.label(text=words.share(mode["damping_ratio"]["value"]))
+
+    def numbers(self, layout, report):
+        column = layout.column(align=True)
+        stiffness, error = report["youngs_modulus"], report["error"]
+        for name, key in (("Mesh Needs", "apparent"), ("Material", "material")):
+            if stiffness.get(key):
+                fact(column, name, words.modulus(stiffness[key]))
+        if error["after"] is not None and error["before"] is not None:
+            fact(
+                column,
+                "Held-Out Error",
+                f"{words.share(error['before'])}, now {words.share(error['after'])}",
+            )
+
+    def next(self, layout, report):
+        for advice in report["diagnosis"]["advice"]:
+            say(layout, words.sentence(advice), "LIGHT")
+        for warning in report["warnings"]:
+            say(layout, words.sentence(warning), "ERROR")
+
+
+class RINGDOWN_PT_bake(SubStep, bpy.types.Panel):
+    bl_label = "Bake"
+
+    def fill(self, context, layout, obj):
+        bake = obj.ringdown.bake
+        layout.prop(bake, "motion", expand=True)
+        if bake.motion == "PLUCKED":
+            row = layout.row(align=True)
+            row.prop(bake, "vertex")
+            row.operator("ringdown.pluck", text="", icon="EYEDROPPER")
+            layout.prop(bake, "pull")
+            if (
+                obj.ringdown.facts.report
+                and words.report(obj.ringdown.facts.report)["diagnosis"]["effects"]
+            ):
+                say(layout, "The modes alone; what else was found is in Recorded", "INFO")
+        layout.prop(bake, "target", expand=True)
+        column = layout.column(align=True)
+        column.prop(bake, "first")
+        column.prop(bake, "to_end")
+        if not bake.to_end:
+            column.prop(bake, "last")
+        layout.prop(bake, "amplitude")
+        layout.prop(bake, "count")
+        row = layout.row(align=True)
+        row.operator(
+            "ringdown.bake", text="Bake Again" if marks.RECORD in obj else "Bake", icon="ACTION"
+        )
+        row.operator("ringdown.remove", icon="X")
+        done = ready.baked(obj, context.scene)
+        if done:
+            say(layout, done, "CHECKMARK")
+        needs(layout, ready.for_bake(context))
+
+
+CLASSES = (RINGDOWN_PT_calibrate, RINGDOWN_PT_result, RINGDOWN_PT_bake)
