@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -13,6 +14,8 @@ HOME = tempfile.mkdtemp(prefix="ringdown_test_")
 os.environ["BLENDER_USER_RESOURCES"] = HOME  # read once, when bpy is imported
 
 bpy = pytest.importorskip("bpy")
+from tests.addon.driven import FAKE  # noqa: E402  (it imports bpy)
+
 NAME = "bl_ext.user_default.ringdown"
 
 
@@ -38,3 +41,34 @@ def rd(extension):
     return SimpleNamespace(
         **{name: importlib.import_module(f"{NAME}.{path}") for name, path in parts.items()}
     )
+
+
+@pytest.fixture
+def bar(rd, tmp_path):
+    """A bar held at one end, and a table of its tip's ring-down; everything but the calibration."""
+    bpy.ops.mesh.primitive_cube_add(size=1)
+    obj = bpy.context.object
+    for vertex in obj.data.vertices:
+        vertex.co = vertex.co[0] * 0.1 + 0.05, vertex.co[1] * 0.02, vertex.co[2] * 0.02
+    time = np.linspace(0, 2, 481)
+    wave = 0.005 * np.exp(-2 * time) * np.cos(2 * np.pi * 5 * time)
+    rows = [
+        "time,tip.x,tip.y,tip.z",
+        *(f"{t},0.1,{w},0.01" for t, w in zip(time, wave, strict=True)),
+    ]
+    (tmp_path / "tracks.csv").write_text("\n".join(rows))
+    (tmp_path / "fake.py").write_text(FAKE)
+    bpy.ops.ed.undo_push(message="start")
+    return obj
+
+
+@pytest.fixture
+def fake(rd, tmp_path, monkeypatch):
+    """A calibration that answers at once; the real one has tests of its own."""
+
+    def use(verb):
+        line = lambda case, folder, elements: [str(tmp_path / "fake.py"), str(folder), verb]  # noqa: E731
+        monkeypatch.setattr(rd.job, "calibration", line)
+
+    use("finish")
+    return use
