@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2 as chi2_law
 
-from .diagnosis import Verdict
+from .diagnosis import Verdict, errors
 from .elasticity import gravity_force, static
 from .joint import Heard
 from .law import TimeFit
@@ -29,6 +29,7 @@ EVIDENCE = 10.0  # gain in BIC (Kass and Raftery 1995: very strong)
 ENOUGH = 0.6  # share of the misfit that an effect of the body must take
 NEARLY = 0.8  # of the best one's gain makes a twin
 CLEAR = 6.0  # misfit per piece above which no known effect is a finding in itself
+OUTWEIGHS = 3.0  # body's misfit over that in time, above which the latter decides nothing
 SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 PULLED = 3.0  # standard deviations beyond which a prediction keeps to the model
 
@@ -46,6 +47,7 @@ class Findings:
     rows: tuple = ()  # further rows of the chain
     misfit: tuple[float, float] = (0.0, 0.0)  # of pitches and of shapes, declared body
     mesh_pitch: dict | None = None  # computed mode -> Hz at 1 Pa with the effect
+    stiffer: float = 1.0  # dynamic over static stiffness of the first mode
 
     def mesh_frequency(self, own: float, j: int) -> float:
         """Hz at 1 Pa of computed mode j with the found effect of the body in it."""
@@ -64,7 +66,7 @@ class Findings:
 
 def examine(heard: Heard, verdict: Verdict, stiff: np.ndarray, sigma: np.ndarray) -> Findings:
     """Compare the final fit's pitches and shapes with the body's, and name what would mend them."""
-    plain = Findings(verdict.verdict, [], [], [], [])
+    plain = Findings(verdict.verdict, [], [], [], [], stiffer=1 / _softer(verdict.final))
     condition = heard.condition[verdict.final.law.fitted[0]]
     if heard.turns[condition] is None:
         return plain
@@ -90,7 +92,9 @@ def examine(heard: Heard, verdict: Verdict, stiff: np.ndarray, sigma: np.ndarray
             return replace(plain, warnings=[*plain.warnings, line])
         return replace(plain, verdict="unexplained", before=before, misfit=misfit)
     best = good[0]
-    found = "unexplained" if verdict.verdict == "unexplained" else "explained"
+    body_error, time_error = before[2], errors(verdict.chain[0][1])[1]
+    outweighed = body_error > OUTWEIGHS * time_error
+    found = "explained" if verdict.verdict != "unexplained" or outweighed else "unexplained"
     return replace(
         plain,
         verdict=found,
@@ -136,7 +140,9 @@ def _softer(final: TimeFit) -> float:
     """Static over dynamic stiffness where a relaxation was found."""
     for i, effect in enumerate(final.law.effects):
         if effect.name == "relaxation":
-            return 1 / (1 + parameters(final, i)["ratio"]["value"])
+            told = parameters(final, i)
+            turns = (2 * np.pi * final.frequency[0] * told["time"]["value"]) ** 2
+            return 1 / (1 + told["ratio"]["value"] * turns / (1 + turns))
     return 1.0
 
 

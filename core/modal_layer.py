@@ -21,6 +21,7 @@ from .modes import solve_modes
 PITCH_FLOOR = 0.004  # relative error of a computed pitch that convergence does not see
 SHAPE_FLOOR = 0.02  # of a shape's largest entry
 PIECES = 6.0  # independent pieces of evidence in one shape, however many channels show it
+CHOICES = 4  # places or axes whose numbers are refined
 SAG_FLOOR = 0.05  # of the sag: geometry, density and creep
 
 
@@ -70,8 +71,14 @@ def compare(measured: Measured, values, shapes, unit=None) -> Hypothesis | None:
     """
     own = np.sqrt(np.maximum(values, 1e-300)) / (2 * np.pi)
     best = None
+    alike = np.array(
+        [
+            [((q.T @ s) ** 2).sum() / (s @ s) for s in measured.shapes]
+            for q in (_span(shapes, own, j) for j in range(len(own)))
+        ]
+    )  # (m, K)
     for first in range(min(len(own), 3)):
-        partners = _partners(measured, own, shapes, first)
+        partners = _partners(measured, own, alike, first)
         if partners is None:
             continue
         found = _at_best_modulus(measured, own, shapes, partners, unit)
@@ -80,22 +87,15 @@ def compare(measured: Measured, values, shapes, unit=None) -> Hypothesis | None:
     return best
 
 
-def _partners(measured, own, shapes, first):
-    q = _span(shapes, own, first)
-    one = measured.shapes[0]
-    if ((q.T @ one) ** 2).sum() / (one @ one) < 0.4:
+def _partners(measured, own, alike, first) -> tuple[int, ...] | None:
+    """Computed mode of every measured one by likeness (m, K), the first one being `first`."""
+    if alike[first, 0] < 0.4:
         return None
     scale = measured.frequency[0] / own[first]
     taken = [first]
     for k in range(1, len(measured.frequency)):
-        shape, f = measured.shapes[k], measured.frequency[k]
-        score = [
-            -np.inf
-            if j in taken
-            else ((_span(shapes, own, j).T @ shape) ** 2).sum() / (shape @ shape)
-            - abs(np.log(f / (scale * own[j])))
-            for j in range(len(own))
-        ]
+        score = alike[:, k] - np.abs(np.log(measured.frequency[k] / (scale * own)))
+        score[taken] = -np.inf
         taken.append(int(np.argmax(score)))
     return tuple(taken)
 
@@ -174,16 +174,10 @@ def _fit(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
     costs = np.array([look(theta)[1] for theta in family.grid])
     if not np.isfinite(costs).any():
         return None
-    theta, n = family.grid[int(np.argmin(costs))].astype(float), family.frozen
-    if len(theta) > n:
-        scale = np.ptp(family.grid[:, n:], axis=0) / 20
-        answer = minimize(
-            lambda y: look(np.clip(np.r_[theta[:n], y * scale], family.low, family.high))[1],
-            theta[n:] / scale,
-            method="Nelder-Mead",
-            options={"maxfev": 60, "xatol": 1e-3, "fatol": 1e-3},
-        )
-        theta = np.clip(np.r_[theta[:n], answer.x * scale], family.low, family.high)
+    theta = min(
+        (_refined(look, family, start) for start in _best_choices(family, costs)),
+        key=lambda t: look(t)[1],
+    )
     found, cost = look(theta)
     if found is None:
         return None
@@ -191,6 +185,35 @@ def _fit(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
     evidence = ground.base.chi2 - found.chi2 - family.unknowns * np.log(pieces)
     near = [t for t, c in zip(family.grid, costs, strict=True) if c < cost + 5.99]
     return Suspect(effect, found, theta, family, float(evidence), near)
+
+
+def _best_choices(family: Family, costs: np.ndarray) -> list[np.ndarray]:
+    """The best grid points of the few best choices (places, axes)."""
+    best = {}
+    for i in np.argsort(costs):
+        best.setdefault(tuple(family.grid[i][: family.frozen]), family.grid[i].astype(float))
+        if len(best) == CHOICES:
+            break
+    return list(best.values())
+
+
+def _refined(look, family: Family, theta: np.ndarray) -> np.ndarray:
+    """theta with its numbers, not its choices, at their best nearby."""
+    n = family.frozen
+    if len(theta) == n:
+        return theta
+    scale = np.ptp(family.grid[:, n:], axis=0) / 20
+
+    def whole(y):
+        return np.clip(np.r_[theta[:n], y * scale], family.low, family.high)
+
+    answer = minimize(
+        lambda y: look(whole(y))[1],
+        theta[n:] / scale,
+        method="Nelder-Mead",
+        options={"maxfev": 40, "xatol": 1e-3, "fatol": 1e-3},
+    )
+    return whole(answer.x)
 
 
 def _looker(effect: Effect, family: Family, ground: Ground):

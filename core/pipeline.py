@@ -115,7 +115,10 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
     j = heard.match.modes[k] if heard.match.modes[k] is not None else 0
     spread = final.frequency[k] * np.sqrt(final.covariance[k, k] * inflation(final))
     mesh_frequency = heard.body.modes.frequency[j]
-    found = apparent(final.frequency[k], spread, findings.mesh_frequency(mesh_frequency, j))
+    stiffer = np.sqrt(findings.stiffer)  # what a viscoelastic branch adds while it swings
+    found = apparent(
+        final.frequency[k] / stiffer, spread / stiffer, findings.mesh_frequency(mesh_frequency, j)
+    )
     real = material(found, stiff[j], sigma[j])
     held, fitted = errors(heard.declared)
     before = findings.before or (None, held, fitted)

@@ -112,7 +112,8 @@ def refine(first: Templates, grey: np.ndarray, affine: np.ndarray, place: np.nda
         look = glance if k < APPROACH else sample
         seen[which] = look(grey, affine[which], place[which])
         difference = seen[which] - first.values[which]
-        theta[which] = (first.solve[which] @ difference[..., None])[..., 0]
+        # einsum and not @: on pieces this small the BLAS's threads cost more than they do
+        theta[which] = np.einsum("nij,nj->ni", first.solve[which], difference)
         change = theta[which, :6] / np.clip(1 + theta[which, 6:7], LEAST_GAIN, 1 / LEAST_GAIN)
         back = np.eye(2) + np.clip(change[:, 2:].reshape(-1, 2, 2), -0.3, 0.3)
         affine[which] = affine[which] @ np.linalg.inv(back)
@@ -120,7 +121,8 @@ def refine(first: Templates, grey: np.ndarray, affine: np.ndarray, place: np.nda
         step[which] = np.linalg.norm(change[:, :2], axis=1)
         if k >= APPROACH and not len(going := going[step[going] > CLOSE]):
             break
-    left = seen - first.values - (first.columns @ theta[..., None].astype(np.float32))[..., 0]
+    said = np.einsum("nji,ni->nj", first.columns, theta.astype(np.float32))
+    left = seen - first.values - said
     power, match = _likeness(first, seen, left)
     return Fit(affine, place, power, np.where(1 + theta[:, 6] > LEAST_GAIN, match, 0), left, step)
 
