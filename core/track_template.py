@@ -112,11 +112,11 @@ def refine(first: Templates, grey: np.ndarray, affine: np.ndarray, place: np.nda
         look = glance if k < APPROACH else sample
         seen[which] = look(grey, affine[which], place[which])
         difference = seen[which] - first.values[which]
-        # einsum and not @: on pieces this small the BLAS's threads cost more than they do
+        # no BLAS here: on pieces this small its threads cost more than they do
         theta[which] = np.einsum("nij,nj->ni", first.solve[which], difference)
         change = theta[which, :6] / np.clip(1 + theta[which, 6:7], LEAST_GAIN, 1 / LEAST_GAIN)
         back = np.eye(2) + np.clip(change[:, 2:].reshape(-1, 2, 2), -0.3, 0.3)
-        affine[which] = affine[which] @ np.linalg.inv(back)
+        affine[which] = affine[which] @ _inverse(back)
         place[which] -= (affine[which] @ np.clip(change[:, :2, None], -5, 5))[..., 0]
         step[which] = np.linalg.norm(change[:, :2], axis=1)
         if k >= APPROACH and not len(going := going[step[going] > CLOSE]):
@@ -125,6 +125,12 @@ def refine(first: Templates, grey: np.ndarray, affine: np.ndarray, place: np.nda
     left = seen - first.values - said
     power, match = _likeness(first, seen, left)
     return Fit(affine, place, power, np.where(1 + theta[:, 6] > LEAST_GAIN, match, 0), left, step)
+
+
+def _inverse(A: np.ndarray) -> np.ndarray:
+    """(n, 2, 2) inverses by Cramer's rule."""
+    a, b, c, d = A[:, 0, 0], A[:, 0, 1], A[:, 1, 0], A[:, 1, 1]
+    return np.stack([d, -b, -c, a], -1).reshape(-1, 2, 2) / (a * d - b * c)[:, None, None]
 
 
 def _likeness(first: Templates, seen, left) -> tuple[np.ndarray, np.ndarray]:
