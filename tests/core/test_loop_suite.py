@@ -5,7 +5,7 @@ import pytest
 from tests import scoring, suite
 from tests.truth import cases
 
-FEW = (("null", 1), ("relaxation", 1), ("tracker_drift", 2), ("lost_frames", 1))
+FEW = (("null", 1), ("relaxation", 1), ("tracker_drift", 1))
 
 
 @pytest.fixture(scope="module")
