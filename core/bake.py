@@ -13,7 +13,7 @@ from .errors import DataError
 FAITHFUL = (
     2e-5  # of a curve's peak: what a curve may leave of the motion anywhere, between keys too
 )
-CHUNK = 1 << 22  # numbers of a cache that are worked out at once
+CHUNK = 1 << 23  # numbers of a cache that are worked out at once
 
 
 @dataclass(frozen=True, eq=False)

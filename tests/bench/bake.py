@@ -82,28 +82,29 @@ def timing() -> None:
     seconds = time.perf_counter() - start
     print(f"  shape keys  {seconds:6.2f} s   (under 2 s is wanted)")
     write.remove(obj)
+    rest = read.rest(obj).astype(float)
+    block = np.ones(frames * rest.size + 8, np.float32)  # the header is eight numbers long
     with tempfile.TemporaryDirectory() as folder:
-        rest = read.rest(obj).astype(float)
-        best = []
-        for turn in range(5):
-            path = Path(folder, "a.pc2")
-            start = time.perf_counter()
-            bake.write_pc2(path, rest, motion, (frames, fps))
-            ours = time.perf_counter() - start
-            size = path.stat().st_size
-            path.unlink()
-            block = np.ones(size // 4, np.float32)
-            start = time.perf_counter()
-            with Path(folder, f"plain{turn}").open("wb") as file:
-                block.tofile(file)
-            plain = time.perf_counter() - start
-            Path(folder, f"plain{turn}").unlink()
-            best.append((ours, plain))
-        ours, plain = (min(column) for column in zip(*best, strict=True))
+        path = Path(folder, "a.pc2")
+        ours, plain = [], []
+        for _ in range(10):
+            ours.append(timed(lambda: bake.write_pc2(path, rest, motion, (frames, fps)), path))
+            plain.append(timed(lambda: block.tofile(path), path))
+    (wall, work), (wall_plain, work_plain) = (np.min(column, axis=0) for column in (ours, plain))
     print(
-        f"  PC2         {ours:6.2f} s   {size / 1e6:.0f} MB, a plain write {plain:.2f} s, ", end=""
+        f"  PC2         {wall:6.2f} s   {block.nbytes / 1e6:.0f} MB, a plain write takes ", end=""
     )
-    print(f"ratio {ours / plain:.2f}   (at most 2 is wanted)")
+    print(f"{wall_plain:.2f} s: ratio {wall / wall_plain:.2f} by the clock, ", end="")
+    print(f"{work / work_plain:.2f} by processor time   (at most 2 is wanted)")
+
+
+def timed(action, path: Path) -> tuple[float, float]:
+    """Seconds by the clock and of the processor; what was written goes."""
+    start = time.perf_counter(), time.process_time()
+    action()
+    found = time.perf_counter() - start[0], time.process_time() - start[1]
+    path.unlink()
+    return found
 
 
 def played(obj: bpy.types.Object, vertex: int, seconds: np.ndarray, fps: int) -> np.ndarray:
