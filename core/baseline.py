@@ -43,7 +43,6 @@ def build_law(
     rings: list[RingDown],
     takes: tuple[Channels, ...],
     condition: tuple[int, ...],
-    damping: str,
     pitch: tuple[int, ...] | None = None,
 ) -> tuple[Law, np.ndarray]:
     """The declared law and its starting parameters from the ring-downs of the fitted takes.
@@ -78,12 +77,13 @@ def build_law(
         wind=np.zeros((0, len(couple), 3)),
         masses=np.ones(len(couple)),
         amplitude=float(max(s[0] for s in sizes)),
+        release=float(sizes[0][0]),
         modal_mass=np.nan,
         drag_area=np.nan,
         reference=weights,
         duration=float(max(takes[i].time[takes[i].fit][-1] for i in fitted)),
     )
-    law = Law(takes, condition, pitch, weights, setting, damping)
+    law = Law(takes, condition, pitch, weights, setting)
     return law, np.concatenate([*block, *starts])
 
 

@@ -6,11 +6,12 @@ unexplained   something is there, and nothing known takes enough of it
 refused       the recording cannot decide
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .baseline import real_shapes
+from .damping import find_damping
 from .data import poles
 from .harmonic_inversion import invert
 from .law import TimeFit
@@ -44,8 +45,25 @@ class Verdict:
         return self.chain[-1][1]
 
 
-def diagnose(declared: TimeFit) -> Verdict:
-    """Name the effect, or the two, that the declared fit lacks."""
+def diagnose(declared: TimeFit, free: TimeFit) -> Verdict:
+    """Name what the declared fit lacks: a law of damping first, then an effect, or two."""
+    lacking = find_damping(declared, free)
+    if lacking is None:
+        return _diagnose(declared)
+    damping, twins = lacking
+    then = _diagnose(damping.found)
+    first = ((None, declared), (damping.names[0], damping.found))
+    return replace(
+        then,
+        verdict="explained" if then.verdict == "adequate" else then.verdict,
+        chain=first + then.chain[1:],
+        effects=(damping, *then.effects),
+        twins=(twins, *then.twins),
+        ranked=(damping, *then.ranked),
+    )
+
+
+def _diagnose(declared: TimeFit) -> Verdict:
     chain = ((None, declared),)
     over = excess(declared)
     if over < MATERIAL and declared.chi2 < QUIET * declared.samples:

@@ -9,6 +9,7 @@ from .diagnosis import Verdict, errors
 from .elasticity import gravity_force, static
 from .joint import Heard
 from .law import TimeFit
+from .match import mac
 from .modal_layer import (
     PIECES,
     PITCH_FLOOR,
@@ -30,6 +31,7 @@ ENOUGH = 0.6  # share of the misfit that an effect of the body must take
 NEARLY = 0.8  # of the best one's gain makes a twin
 CLEAR = 6.0  # misfit per piece above which no known effect is a finding in itself
 OUTWEIGHS = 3.0  # body's misfit over that in time, above which the latter decides nothing
+BENT = 0.95  # MAC below which a computed shape is not the measured one
 SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 PULLED = 3.0  # standard deviations beyond which a prediction keeps to the model
 
@@ -164,7 +166,7 @@ def _row(name, heard: Heard, verdict: Verdict, ground: Ground, found: Hypothesis
     law, data = declared.law, ground.data
     pulls = np.abs(found.pitch_pull[: len(found.frequency)])
     f = np.where(pulls > PULLED, found.frequency, declared.frequency)
-    bent = found.shape_chi2 > 3 * PIECES
+    bent = np.array([mac(a, b) < BENT for a, b in zip(found.shapes, declared.shapes, strict=True)])
     shapes = np.where(bent[:, None], found.shapes, declared.shapes)
     index = law.fitted[0]
     free = _bound(declared, declared.frequency, declared.shapes, data)

@@ -32,7 +32,8 @@ class Heard:
     bodies: tuple[Body, ...]
     match: Match
     turns: tuple[np.ndarray | None, ...]  # per body (m, K): computed modes turned to measured
-    declared: TimeFit
+    free: TimeFit  # every mode with a damping ratio of its own
+    declared: TimeFit  # damped as the case declares
 
     @property
     def body(self) -> Body:
@@ -70,7 +71,7 @@ def hear(case: Case, bare: ElasticModel, find_release) -> Heard:
     matches = _common(matches)
     fitted = [i for i, d in enumerate(takes) if not d.take.held_out]
     chosen = [_same_poles(takes[i], rings, i, condition, matches) for i in fitted]
-    law, start = build_law(chosen, takes, condition, damping_law(case.declared))
+    law, start = build_law(chosen, takes, condition)
     first = matches[condition[fitted[0]]]
     law, turns = _informed(law, bodies, matches, chosen, condition)
     if len(matches) == 1 and None not in first.modes:
@@ -80,18 +81,21 @@ def hear(case: Case, bare: ElasticModel, find_release) -> Heard:
             ring, first = weak
             matches[condition[fitted[0]]] = first
             chosen = [_amplitudes(takes[i], ring) for i in fitted]
-            law, start = build_law(chosen, takes, condition, damping_law(case.declared))
+            law, start = build_law(chosen, takes, condition)
             law, turns = _informed(law, bodies, matches, chosen, condition)
     computed = bodies[condition[fitted[0]]].modes.frequency
     setting = replace(law.setting, paired=has_twin(first.modes, computed))
     turns_too = turning(first.modes, computed)
     if turns_too and len(fitted) > 1:  # each release picks a direction of its own in the pair
         apart = _apart(takes, condition)
-        law, start = build_law(chosen, takes, apart, damping_law(case.declared), condition)
+        law, start = build_law(chosen, takes, apart, condition)
         law, turns = _informed(law, bodies, matches, chosen, condition)
     law = replace(law, setting=setting, turning=turns_too)
-    declared = _with_partners(fit(law, start, evaluations=60), turns_too)
-    return Heard(takes, rings, condition, bodies, first, turns, declared)
+    free = _with_partners(fit(replace(law, damping="free"), start, evaluations=60), turns_too)
+    declared, damping = free, damping_law(case.declared)
+    if damping != "free":
+        declared = fit(replace(free.law, damping=damping), free.parameters, evaluations=40)
+    return Heard(takes, rings, condition, bodies, first, turns, free, declared)
 
 
 def _weak_modes(found: TimeFit, body: Body, match: Match) -> tuple[RingDown, Match] | None:

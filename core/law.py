@@ -1,6 +1,6 @@
 """The law that the tracks are fitted by, and what a fit of it knows."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace  # noqa: F401  (replace is re-exported)
 
 import numpy as np
 

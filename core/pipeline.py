@@ -68,7 +68,7 @@ def calibrate_case(
     bare = bare_model(case, mesh, element)
     heard = hear(case, bare, find_release)
     say(0.5, "Looking for what the model lacks")
-    verdict = diagnose(heard.declared)
+    verdict = diagnose(heard.declared, heard.free)
     say(0.8, "Comparing pitches and shapes")
     stiff, sigma = _stiffening(case, mesh, heard)
     findings = examine(heard, verdict, stiff, sigma)

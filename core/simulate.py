@@ -4,7 +4,7 @@ import numpy as np
 
 from .effects.base import Setting, State
 
-RUNAWAY = 1e3  # first amplitudes; a motion that has run away stays finite
+RUNAWAY = 30.0  # first amplitudes; a motion that has run away stays finite
 STEPS_PER_PERIOD = 32  # of the first mode; only added forces see the step, and as its square
 
 
@@ -28,15 +28,16 @@ def swing(omega, zeta, start, time, forces: list, setting: Setting):
     u, v = start[:, 0].copy(), start[:, 1].copy()
     push = _Push(forces, setting, u)
     half, limit = step / 2, RUNAWAY * setting.amplitude
+    rush = limit * setting.omega.max()
     path = np.empty((count + 1, 3, *u.shape))
     kick = push.kick(u, v, 0.0, 0.0)
     path[0] = u, v, kick
     for i in range(count):
         v = v + half * kick
         u, v = flow[0] * u + flow[1] * v, flow[2] * u + flow[3] * v
+        u, v = np.clip(u, -limit, limit), np.clip(v, -rush, rush)
         kick = push.kick(u, v + half * kick, (i + 1) * step, step)
         v = v + half * kick
-        u = np.clip(u, -limit, limit)
         path[i + 1] = u, v, kick
     place = np.minimum((time / step).astype(int), count)
     batch = np.arange(len(time))[:, None]

@@ -6,6 +6,7 @@ from .advice import advise
 from .dac import SURE
 from .data import Estimate
 from .diagnosis import Verdict, errors, probabilities
+from .effects import DAMPING
 from .joint import Heard
 from .law import TimeFit
 from .match import likeness
@@ -67,12 +68,28 @@ def told_effects(verdict: Verdict, extra: list[dict]) -> list[dict]:
         out.append(
             {
                 "name": name,
-                "parameters": parameters(final, by_name[name]) if name in by_name else {},
+                "parameters": parameters(final, by_name[name])
+                if name in by_name
+                else _damping(final, name),
                 "probability": float(likely.get(name, 0.5)),
                 "twins": list(twins),
             }
         )
     return out + extra
+
+
+def _damping(found: TimeFit, name: str) -> dict:
+    """Parameters of a law of damping, which is the fit's own and no effect added to it."""
+    if name not in DAMPING:
+        return {}
+    law, K = DAMPING[name], found.law.modes
+    sigma = np.sqrt(np.maximum(np.diag(found.covariance)[K : 2 * K], 0) * inflation(found))
+    out = {}
+    for parameter in law.EFFECT.parameters:
+        value, spread = law.report(found, sigma)[parameter.name]
+        low = np.maximum(value - SURE * spread, parameter.low)
+        out[parameter.name] = estimate(value, low, value + SURE * spread, parameter.unit)
+    return out
 
 
 def parameters(found: TimeFit, index: int) -> dict:

@@ -54,7 +54,7 @@ def judge(names, found: TimeFit, start: TimeFit) -> Candidate:
 
     The evidence is the gain in BIC where it was fitted, and in misfit where it only predicted.
     """
-    parameters = found.unknowns - start.unknowns
+    parameters = found.unknowns - start.unknowns + sum(e.free for e in found.law.effects)
     evidence = start.chi2 - found.chi2 - parameters * np.log(max(found.samples, 2))
     ahead, count = misfit(found.law.takes, found.predicted, True)
     evidence += misfit(start.law.takes, start.predicted, True)[0] - max(ahead, count)
@@ -88,7 +88,8 @@ def proposals(start: TimeFit) -> list[Effect]:
             for t, p in zip(law.takes, start.predicted, strict=True)
         )
         size = np.sqrt(np.nanmean(shared[law.fitted[0]] ** 2) * data.take.recording.values.shape[2])
-        out.append(base_motion.shaken(shared, float(size / px_per_metre(data))))
+        free = int(data.fit.sum()) * data.take.recording.values.shape[2]
+        out.append(base_motion.shaken(shared, float(size / px_per_metre(data)), free))
     return [
         e
         for e in out
@@ -124,7 +125,8 @@ def race(start: TimeFit, effect: Effect, begins: list, promise: np.ndarray) -> T
     done = []
     for i in np.argsort(-promise)[:RUNNERS]:
         law, p = extend(start, (effect,), [begins[i]])
-        done.append(fit(law, p, horizons=HORIZONS if len(begins[i]) else (1.0,)))
+        marched = effect.force or effect.acceleration
+        done.append(fit(law, p, horizons=HORIZONS if marched else (1.0,)))
     return min(done, key=lambda t: t.chi2)
 
 

@@ -17,6 +17,8 @@ from . import (
     split_modes,
     steady_drive,
     stiffness_drift,
+    structural_damping,
+    viscous_damping,
 )
 
 TIME_EFFECTS = (
@@ -42,4 +44,9 @@ MODAL_EFFECTS = (
     gravity_preload.EFFECT,
 )
 
-BY_NAME = {effect.name: effect for effect in (*TIME_EFFECTS, *MODAL_EFFECTS)}
+DAMPING = {law.EFFECT.name: law for law in (structural_damping, viscous_damping)}
+
+BY_NAME = {
+    effect.name: effect
+    for effect in (*TIME_EFFECTS, *MODAL_EFFECTS, *(law.EFFECT for law in DAMPING.values()))
+}

@@ -35,6 +35,7 @@ class Setting:
     wind: np.ndarray  # (S, K, 3) the same, weighted with their share of the drag's work
     amplitude: float  # m, of the first mode at the reference at release
     masses: np.ndarray  # (K,) first modal mass over each
+    release: float  # m, the same of the first take
     modal_mass: float  # kg of the first mode, normalised at the reference; NaN = not known
     drag_area: float  # m2, integral of |S|^3 over the surface seen from the motion; NaN = not known
     duration: float  # s, of the longest fitted part
@@ -84,6 +85,7 @@ class Effect:
     clock: Callable | None = None
     delay: Callable | None = None
     report: Callable | None = None
+    free: int = 0  # numbers that it takes from the record itself
     given: Callable | None = None  # (take index) -> (T, C), known motion taken off
     veto: Callable | None = None  # (TimeFit) -> why what was fitted is not this effect, or ""
     requires: Callable | None = None  # (setting, takes) -> reason why not, or ""

@@ -32,8 +32,8 @@ def common_motion(data, residual: np.ndarray) -> np.ndarray:
     return shared
 
 
-def shaken(shared: tuple[np.ndarray, ...], rms: float) -> Effect:
-    """The motion `shared`, per take (T, C), taken off; `rms` of it in m."""
+def shaken(shared: tuple[np.ndarray, ...], rms: float, free: int) -> Effect:
+    """The motion `shared`, per take (T, C), taken off; `rms` of it in m, `free` numbers in it."""
     return Effect(
         name="base_motion",
         layer="camera",
@@ -42,5 +42,6 @@ def shaken(shared: tuple[np.ndarray, ...], rms: float) -> Effect:
         settle=SETTLE,
         starts=lambda setting, residual: [()],
         given=lambda take: shared[take],
+        free=free,
         report=lambda theta, setting, shape: {"rms": rms},
     )

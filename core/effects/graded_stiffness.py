@@ -42,9 +42,13 @@ def family(body, solve):
     modes = body.modes.shapes.reshape(-1, body.modes.shapes.shape[2])
     parts, ends = [modes], []
     for axis in axes:
+        double = change_model(model, (2.0, *axis))
+        shear, bulk = double.shear - model.shear, double.bulk - model.bulk
         for ratio in RATIOS:
-            parts.append(solve(change_model(model, (ratio, *axis)), 6))
-        ends.append(change_model(model, (2.0, *axis)).stiffness - model.stiffness)
+            by = ratio - 1
+            graded = replace(model, shear=model.shear + by * shear, bulk=model.bulk + by * bulk)
+            parts.append(solve(graded, 6))
+        ends.append(double.stiffness - model.stiffness)
     basis = reduced_basis(parts, model.mass)
     K = basis.T @ (model.stiffness @ basis)
     slopes = [basis.T @ (end @ basis) for end in ends]

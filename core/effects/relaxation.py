@@ -25,7 +25,7 @@ def starts(setting, residual):
 
 def report(theta, setting, shape):
     """The branch's share of the release and its own time; held long before it was let go."""
-    ratio = abs(setting.reference[0] @ shape[:, 0]) / setting.amplitude
+    ratio = abs(setting.reference[0] @ shape[:, 0]) / setting.release
     return {"ratio": ratio, "time": np.exp(theta[0]) / (1 + ratio)}
 
 

@@ -56,8 +56,8 @@ EFFECT = Effect(
     starts=starts,
     columns=columns,
     veto=lambda found: (
-        "fewer than three cycles"
-        if np.exp(found.theta[-1][0][0]) * found.law.setting.duration < 3
+        "fewer than two cycles"
+        if np.exp(found.theta[-1][0][0]) * found.law.setting.duration < 2
         else ""
     ),
     report=report,
