@@ -14,7 +14,7 @@ from .stiffening_study import add_arguments, stiffening_main
 WAIT = 1.0  # s of work before progress is shown
 
 
-def main(arguments: list[str]) -> int:
+def main(arguments: list[str] | None = None) -> int:
     """Run one command. 0: done; 2: refused with one line on standard error; 130: stopped."""
     options = _parser().parse_args(arguments)
     try:

@@ -80,6 +80,9 @@ def hold(
     for region in regions:
         held |= region.contains(closest) | region.contains(places)
     whole = pins[surface.faces].all(axis=1)
+    if regions:  # corners held at two ends do not hold the side between them
+        middles = surface.vertices[surface.faces].mean(axis=1)
+        whole &= np.logical_or.reduce([region.contains(middles) for region in regions])
     if whole.any():
         held |= nearest_face(places, surface.vertices, surface.faces[whole])[2] <= gap + HAIR * size
     lone = np.flatnonzero(pins & ~np.isin(np.arange(len(pins)), surface.faces[whole]))

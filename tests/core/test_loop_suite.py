@@ -1,5 +1,7 @@
 """The whole loop on planted cases of the independent simulator: a few always, all when slow."""
 
+import os
+
 import pytest
 
 from tests import scoring, suite
@@ -31,7 +33,10 @@ def test_youngs_modulus_is_found_within_some_per_cent(records):
     assert max(abs(r["modulus_error"]) for r in records if r["modulus_counts"]) < 0.06
 
 
-@pytest.mark.slow
+@pytest.mark.skipif(
+    not os.environ.get("RINGDOWN_WHOLE_SUITE"),
+    reason="takes an hour or more; set RINGDOWN_WHOLE_SUITE, or run python tests/suite.py",
+)
 def test_the_whole_suite_meets_the_criteria():
     records = suite.run_all(cases("whole", 1), 2, None)
     assert not [r for r in records if "crash" in r]
