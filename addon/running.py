@@ -97,10 +97,9 @@ class Running:
         now = NOW.child.progress
         if now == NOW.shown:
             return
-        NOW.shown = now
-        if context.workspace:
-            text = f"Ringdown: {now.text}, {now.fraction:.0%}   |   Esc: Cancel"
-            context.workspace.status_text_set(text)
+        said, NOW.shown = NOW.shown.text if NOW.shown else "", now
+        if context.workspace and now.text != said:
+            context.workspace.status_text_set(f"Ringdown: {now.text}   |   Esc: Cancel")
         redraw(context, everything=False)
 
     def _end(self, context) -> None:
