@@ -133,7 +133,7 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
             "stiffening": float(stiff[0]),
         },
         "youngs_modulus": told_modulus(found, real),
-        "modes": told_modes(heard, final, found.value),
+        "modes": told_modes(heard, final, found.value * findings.stiffer),
         "error": told_error(verdict, before, findings.rows),
         "diagnosis": told_diagnosis(
             heard,

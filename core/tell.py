@@ -26,7 +26,7 @@ def inflation(found: TimeFit) -> float:
 
 
 def told_modes(heard: Heard, found: TimeFit, modulus: float) -> list[dict]:
-    """The report's modes, strongest first."""
+    """The report's modes, strongest first; `modulus` (Pa) as this mesh swings with it."""
     K = found.law.modes
     sigma = np.sqrt(np.maximum(np.diag(found.covariance), 0) * inflation(found))
     body, data = heard.body, found.law.takes[found.law.fitted[0]]
@@ -111,6 +111,16 @@ def parameters(found: TimeFit, index: int) -> dict:
         for name, other in effect.report(moved, law.setting, shape).items():
             if isinstance(other, float | np.floating):
                 slopes[name][i] = (other - value[name]) / step
+    doubt = _strength_doubt(found, index, shape)
+    if doubt > 0:  # the shapes' sizes are uncertain too: one more column, independent of theta
+        block = np.pad(block, ((0, 1), (0, 1)))
+        block[-1, -1] = doubt**2
+        moved = effect.report(theta, law.setting, shape * (1 + 1e-4))
+        slopes = {
+            name: np.r_[slope, (moved[name] - value[name]) / 1e-4]
+            for name, slope in slopes.items()
+            if isinstance(value[name], float | np.floating)
+        } | {name: None for name in value if not isinstance(value[name], float | np.floating)}
     units = {p.name: p for p in effect.parameters}
     return {
         name: _told(one, slopes[name], block, units[name])
@@ -119,9 +129,30 @@ def parameters(found: TimeFit, index: int) -> dict:
     }
 
 
+def _strength_doubt(found: TimeFit, index: int, shape: np.ndarray) -> float:
+    """Relative standard deviation of the size of an effect's own shapes; 0 without columns."""
+    law = found.law
+    effect = law.effects[index]
+    if not effect.columns or not shape.size:
+        return 0.0
+    data = law.takes[law.fitted[0]]
+    columns = effect.columns(
+        found.theta[index], law.setting, data.time[None], found.motions[0][None]
+    )[0][data.fit]
+    power = ((columns - columns.mean(axis=0)) ** 2).sum(axis=0).max()
+    weight = law.reference[0]
+    size = np.abs(weight @ shape).max()
+    if not (power > 0 and size > 0):
+        return 0.0
+    noise = np.sqrt(inflation(found) * ((weight * data.sigma) ** 2).sum() / power)
+    return float(min(noise / size, 10.0))
+
+
 def _told(value, slope, block, parameter) -> dict:
     if isinstance(value, list):
         return {"value": value, "ci95": None, "unit": parameter.unit}
+    if slope is None:
+        return estimate(value, value, value, parameter.unit)
     half = SURE * float(np.sqrt(max(slope @ block @ slope, 0.0)))
     if not np.isfinite(half):
         half = abs(float(value))

@@ -10,6 +10,8 @@ import numpy as np
 
 from .base import Effect, Parameter
 
+LEAST_GAP = 0.02  # of the amplitude
+
 
 def _side(side):
     def force(theta, setting, state):
@@ -18,6 +20,11 @@ def _side(side):
         return -(setting.omega[0] ** 2) * side * push
 
     return force
+
+
+def veto(found):
+    """Without a gap it is but a body stiffer one way than the other."""
+    return "there is no gap" if found.theta[-1][0][0] < LEAST_GAP else ""
 
 
 def report(theta, setting, shape):
@@ -38,6 +45,7 @@ def _variant(side):
             (gap, np.log(k)) for gap in (0.15, 0.4, 0.7) for k in (0.3, 6.0)
         ],
         force=_side(side),
+        veto=veto,
         report=report,
     )
 
