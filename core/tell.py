@@ -156,8 +156,9 @@ def _told(value, slope, block, parameter) -> dict:
     half = SURE * float(np.sqrt(max(slope @ block @ slope, 0.0)))
     if not np.isfinite(half):
         half = abs(float(value))
-    low, high = sorted((max(value - half, parameter.low), min(value + half, parameter.high)))
-    return estimate(float(value), float(low), float(high), parameter.unit)
+    value = float(np.clip(value, parameter.low, parameter.high))
+    low, high = max(value - half, parameter.low), min(value + half, parameter.high)
+    return estimate(value, float(low), float(high), parameter.unit)
 
 
 def told_error(verdict: Verdict, before: tuple, tail: list[tuple]) -> dict:

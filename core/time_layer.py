@@ -23,6 +23,7 @@ MATERIAL = 0.005  # least share of the motion's RMS
 NEARLY = 0.80  # of the best one's gain makes a twin
 BEAM = 4
 PROMISE = 8.0  # least gain in chi2 that a score test must see before an effect is fitted
+FITTED = 1.1  # misfit per sample at which no other starting place is tried
 RUNNERS = 2  # starting places of an effect that are fitted
 HORIZONS = (0.4, 1.0)  # shares of the fitted part: from short to long, lest a phase slip traps
 
@@ -124,6 +125,8 @@ def race(start: TimeFit, effect: Effect, begins: list, promise: np.ndarray) -> T
     """The best fit of `start` with `effect`, from the most promising of its starting places."""
     done = []
     for i in np.argsort(-promise)[:RUNNERS]:
+        if done and done[0].chi2 < FITTED * done[0].samples:
+            break
         law, p = extend(start, (effect,), [begins[i]])
         marched = effect.force or effect.acceleration
         done.append(fit(law, p, horizons=HORIZONS if marched else (1.0,)))

@@ -10,11 +10,27 @@ import numpy as np
 
 from .base import Effect, Parameter
 
+ALIKE = 0.5  # least cosine between the squares' pattern and a near camera's
+NEAREST = 20.0  # amplitudes: no camera is nearer
+
 
 def columns(theta, setting, time, u):
     """The squares and products of the modal motions, seen at once."""
     first, second = np.triu_indices(min(u.shape[2], 2))
     return u[:, :, first] * u[:, :, second] / setting.amplitude
+
+
+def veto(found):
+    """The squares must follow the places in the picture as a near camera makes them."""
+    setting, shape = found.law.setting, found.column_shapes()[-1]
+    if setting.towards is None:
+        return ""
+    seen, pattern = shape[:, 0], setting.towards
+    power = np.linalg.norm(seen) * np.linalg.norm(pattern)
+    if power == 0 or seen @ pattern < ALIKE * power:
+        return "the squares have another pattern"
+    near = report((), setting, shape)["distance"]
+    return "" if near > NEAREST * setting.amplitude else "the camera would be inside the object"
 
 
 def requires(setting, takes):
@@ -40,5 +56,6 @@ EFFECT = Effect(
     starts=lambda setting, residual: [()],
     columns=columns,
     requires=requires,
+    veto=veto,
     report=report,
 )
