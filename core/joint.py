@@ -17,6 +17,8 @@ from .timefit import extend, fit
 
 WEAK = 0.6  # likeness in shape less twice the difference in pitch that makes a weak mode known
 QUIET = 1.1  # misfit per sample below which nothing is left to look at
+STRAY = 0.15  # of its pitch that a mode may move when all are fitted together
+MUCH = 0.3  # damping ratio beyond which it has run off, unless it was heard so
 FAINT = 0.02  # of the strongest mode's swing: below, a partner is not looked for
 PAIR_EVIDENCE = 20.0  # gain in BIC that the other direction of a degenerate pair must bring
 HELD_PERIODS = 2.0  # of the first mode, from which the start of a held-out take is fitted
@@ -71,27 +73,20 @@ def hear(case: Case, bare: ElasticModel, find_release) -> Heard:
     matches = _common(matches)
     fitted = [i for i, d in enumerate(takes) if not d.take.held_out]
     chosen = [_same_poles(takes[i], rings, i, condition, matches) for i in fitted]
-    law, start = build_law(chosen, takes, condition)
+    ground = _Ground(takes, condition, bodies, fitted)
+    free, turns, matches = _settled(ground, chosen, matches)
     first = matches[condition[fitted[0]]]
-    law, turns = _informed(law, bodies, matches, chosen, condition)
+    body = bodies[condition[fitted[0]]]
     if len(matches) == 1 and None not in first.modes:
-        body = bodies[condition[fitted[0]]]
-        weak = _weak_modes(fit(law, start, evaluations=30), body, first)
+        weak = _weak_modes(free, body, first)
         if weak is not None:
-            ring, first = weak
-            matches[condition[fitted[0]]] = first
-            chosen = [_amplitudes(takes[i], ring) for i in fitted]
-            law, start = build_law(chosen, takes, condition)
-            law, turns = _informed(law, bodies, matches, chosen, condition)
-    computed = bodies[condition[fitted[0]]].modes.frequency
-    setting = replace(law.setting, paired=has_twin(first.modes, computed))
-    turns_too = turning(first.modes, computed)
-    if turns_too and len(fitted) > 1:  # each release picks a direction of its own in the pair
-        apart = _apart(takes, condition)
-        law, start = build_law(chosen, takes, apart, condition)
-        law, turns = _informed(law, bodies, matches, chosen, condition)
-    law = replace(law, setting=setting, turning=turns_too)
-    free = _with_partners(fit(replace(law, damping="free"), start, evaluations=60), turns_too)
+            chosen = [_amplitudes(takes[i], weak[0]) for i in fitted]
+            free, turns, matches = _settled(ground, chosen, {condition[fitted[0]]: weak[1]})
+            first = matches[condition[fitted[0]]]
+    computed = body.modes.frequency
+    setting = replace(free.law.setting, paired=has_twin(first.modes, computed))
+    free = replace(free, law=replace(free.law, setting=setting))
+    free = _with_partners(free, turning(first.modes, computed))
     declared, damping = free, damping_law(case.declared)
     if damping != "free":
         declared = fit(replace(free.law, damping=damping), free.parameters, evaluations=40)
@@ -214,12 +209,52 @@ def _amplitudes(data: Channels, ring: RingDown) -> RingDown:
     return replace(ring, amplitude=x[:K] + 1j * x[K : 2 * K], offset=x[-1], t0=0.0)
 
 
-def _informed(law: Law, bodies, matches, chosen, condition):
+@dataclass(frozen=True, eq=False)
+class _Ground:
+    """What every trial of modes is fitted on."""
+
+    takes: tuple[Channels, ...]
+    condition: tuple[int, ...]
+    bodies: tuple[Body, ...]
+    fitted: list[int]
+
+
+def _settled(ground: _Ground, chosen: list[RingDown], matches: dict[int, Match]):
+    """The fit, the turns and the matches, without modes that leave the pitch they were heard at.
+
+    A pole that runs off when all are fitted together was no mode of the body: it takes up some
+    slow or strongly damped motion that a physical effect must explain.
+    """
+    while True:
+        first = matches[ground.condition[ground.fitted[0]]]
+        computed = ground.bodies[ground.condition[ground.fitted[0]]].modes.frequency
+        turns_too = turning(first.modes, computed)
+        apart = ground.condition
+        if turns_too and len(ground.fitted) > 1:  # each release has a direction of its own
+            apart = _apart(ground.takes, ground.condition)
+        law, start = build_law(chosen, ground.takes, apart, ground.condition)
+        law, turns = _informed(law, ground, matches, chosen)
+        found = fit(replace(law, turning=turns_too, damping="free"), start, evaluations=60)
+        heard, z = chosen[0].frequency, chosen[0].damping_ratio
+        strayed = np.abs(np.log(found.frequency / heard)) > STRAY
+        strayed |= found.damping_ratio > np.maximum(MUCH, 2 * z)
+        strayed[0] = False
+        if not strayed.any():
+            return found, turns, matches
+        kept = np.flatnonzero(~strayed)
+        chosen = [select(ring, tuple(kept)) for ring in chosen]
+        matches = {
+            c: Match(tuple(m.poles[k] for k in kept), tuple(m.modes[k] for k in kept))
+            for c, m in matches.items()
+        }
+
+
+def _informed(law: Law, ground: _Ground, matches, chosen):
     """The law told of the first condition's body; the turns of every fitted condition."""
+    bodies, condition = ground.bodies, ground.condition
     turns = [None] * len(bodies)
     told = False
-    fitted = [i for i, t in enumerate(law.takes) if not t.take.held_out]
-    for ring, i in zip(chosen, fitted, strict=True):
+    for ring, i in zip(chosen, ground.fitted, strict=True):
         c = condition[i]
         if turns[c] is not None or None in matches[c].modes:
             continue

@@ -9,7 +9,13 @@ import numpy as np
 
 from .base import Effect, companion
 
+MOST = 2.5  # times the mode's own damping ratio
 SPREAD = 0.004  # relative: what meshing and an object's making split by
+
+
+def _runaway(found, k: int) -> str:
+    much = MOST * found.damping_ratio[k]
+    return "its damping is another motion's" if found.theta[-1][0][1] > much else ""
 
 
 def partner(k: int) -> Effect:
@@ -35,5 +41,5 @@ def partner(k: int) -> Effect:
             for split, share in ((0.002, 0.8), (-0.002, 1.25))
         ],
         columns=columns,
-        veto=lambda found: companion(found, k),
+        veto=lambda found: companion(found, k) or _runaway(found, k),
     )
