@@ -93,19 +93,19 @@ def _solve(law: Law, P: np.ndarray, horizon: float = 1.0):
         values = _given(law, take)
         use = data.known & data.fit[:, None]
         use &= (data.time <= horizon * data.time[data.fit][-1] + 1e-12)[:, None]
-        rows = np.flatnonzero(use.any(axis=1))
-        weight = use[rows] / data.sigma**2  # (t, C)
-        b = basis[:, :, rows]
-        y = np.where(use, values, 0.0)[rows] * weight
-        if b.shape[1] == 1 and use[rows].all():
-            g = np.swapaxes(b[:, 0], 1, 2) @ b[:, 0]
-            gram = gram + g[:, None] / data.sigma[:, None, None] ** 2
-            right = right + np.einsum("bti,tc->bci", b[:, 0], y, optimize=True)
-        else:
-            full = np.broadcast_to(b, (len(b), len(data.sigma), *b.shape[2:]))
-            weighted = full * weight.T[None, :, :, None]
-            gram = gram + np.swapaxes(full, 2, 3) @ weighted
-            right = right + np.einsum("bcti,tc->bci", full, y, optimize=True)
+        y = np.where(use, values, 0.0) / data.sigma**2
+        whole, some = use.all(axis=1), use.any(axis=1)
+        if basis.shape[1] > 1:
+            whole = np.zeros_like(whole)
+        b = basis[:, 0, whole]
+        gram = gram + (np.swapaxes(b, 1, 2) @ b)[:, None] / data.sigma[:, None, None] ** 2
+        right = right + np.swapaxes(np.swapaxes(b, 1, 2) @ y[whole], 1, 2)
+        patchy = some & ~whole  # rows with a missing sample, or channels with their own delay
+        if patchy.any():
+            weight = use[patchy].T[None, :, :, None] / data.sigma[:, None, None] ** 2
+            b = basis[:, :, patchy]
+            gram = gram + np.swapaxes(b, 2, 3) @ (b * weight)
+            right = right + np.einsum("bcti,tc->bci", b * np.ones_like(weight), y[patchy])
         barred = barred + bar
         bases.append(basis)
         uses.append(use)
@@ -123,8 +123,11 @@ def _residuals(law: Law, P: np.ndarray, horizon: float = 1.0) -> np.ndarray:
     out = []
     for take, index in enumerate(law.fitted):
         data = law.takes[index]
-        predicted = (bases[take] @ np.swapaxes(coefficients[:, :, None], 2, 3))[..., 0]
-        left = (_given(law, take) - np.swapaxes(predicted, 1, 2)) / data.sigma
+        if bases[take].shape[1] == 1:
+            predicted = bases[take][:, 0] @ np.swapaxes(coefficients, 1, 2)
+        else:
+            predicted = np.einsum("bcti,bci->btc", bases[take], coefficients)
+        left = (_given(law, take) - predicted) / data.sigma
         out.append(left[:, uses[take]])
     K = law.modes
     for c in range(law.conditions):
