@@ -31,12 +31,14 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int, basis_o
     data = one.takes[0]
     use = data.fit[:, None] & data.known & ~data.support
 
+    traces = sum(bool(effect.force) for effect in law.effects)
+
     def guess(starts, strength):
         P = np.tile(lead, (len(starts), 1))
         P[:, 2 * K : 4 * K] = starts
         basis, _ = basis_of(one, unpack(one, P, 0), 0)
         scaled = known.copy()
-        scaled[:, law.own + 1 :] *= strength
+        scaled[:, law.own + 1 + traces :] *= strength  # a force's trace follows its own motion
         return np.swapaxes((basis @ scaled[None, :, :, None])[..., 0], 1, 2)
 
     return _started(guess, data, use, (p[a + 2 * K * model : a + 2 * K * (model + 1)], law))

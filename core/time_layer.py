@@ -152,14 +152,14 @@ def singles(
     start: TimeFit, before: tuple[str, ...] = (), against: TimeFit | None = None, most: int = 7
 ) -> list[Candidate]:
     """The best candidate of every name that a score test promises something, best first."""
-    best, names = {}, []
+    best, names = {}, set()
     entries = _entries(start)
     for promise, effect, begins in entries:
         if promise.max() < max(PROMISE, 0.01 * entries[0][0].max()):
             break
         if effect.name not in names and len(names) == most:
             continue
-        names.append(effect.name)
+        names.add(effect.name)
         found = race(start, effect, begins, promise)
         if effect.veto and effect.veto(found):
             continue
