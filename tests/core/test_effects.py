@@ -1,0 +1,52 @@
+"""What holds for every effect of the library."""
+
+import importlib
+import pkgutil
+
+import numpy as np
+import pytest
+
+from core import effects
+from core.case_schema import EFFECT_NAMES
+from core.effects import BY_NAME, TIME_EFFECTS
+from core.simulate import swing
+from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
+
+FILES = sorted({m.name for m in pkgutil.iter_modules(effects.__path__)} - {"base", "partner"})
+NEUTRAL = {
+    "large_amplitude": (0.0, 0.0),
+    "asymmetric_stiffness": (0.0, 1.5),
+    "contact": (0.98, np.log(0.01)),
+    "dry_friction": (0.0, np.log(0.01)),
+    "air_drag": (0.0,),
+    "stiffness_drift": (0.0,),
+}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_file_tells_law_signs_twins_and_source(name):
+    text = importlib.import_module(f"core.effects.{name}").__doc__
+    for line in ("Law  ", "Tells  ", "Looks like  ", "Source  "):
+        assert f"\n{line}" in text, line
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_file_bears_a_name_of_the_contract(name):
+    assert name in EFFECT_NAMES
+
+
+@pytest.mark.parametrize("effect", BY_NAME.values(), ids=lambda e: e.name)
+def test_twins_are_effects_of_the_contract_and_something_settles_them(effect):
+    assert set(effect.twins) <= set(EFFECT_NAMES)
+    assert len(effect.settle) > 20
+
+
+@pytest.mark.parametrize("effect", [e for e in TIME_EFFECTS if e.name in NEUTRAL])
+def test_no_strength_is_no_effect(effect):
+    time = np.linspace(0, 2, 500)
+    start = np.array([[[0.9 * AMPLITUDE], [0.0]]])
+    theta = np.array([NEUTRAL[effect.name]], float)
+    args = (OMEGA[None], np.array([[0.02]]), start, time[None])
+    with_it = swing(*args, [(effect, theta)], setting())[0]
+    without = swing(*args, [], setting())[0]
+    assert np.abs(with_it - without).max() < 1e-12
