@@ -143,7 +143,7 @@ def _add_second(chain, first: Candidate, ranked, over: float) -> Verdict:
     effects, twins, minor = (first,), (twins_of(first, strong),), ()
     left = excess(first.found)
     if left > MATERIAL and first.found.chi2 > NOISY * first.found.samples:
-        more = [c for c in singles(first.found, first.names) if c.evidence > EVIDENCE]
+        more = [c for c in singles(first.found, first.names, most=4) if c.evidence > EVIDENCE]
         for c in more[:1]:
             size = gained(first.found, c.found)
             if size < max(MATERIAL, SECOND_SIZE * over):
