@@ -1,10 +1,12 @@
 """The story, read top to bottom: a case in, a calibrated body, its motion and a report out."""
 
+import os
 import time
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from . import __version__
 from .body import bare_model
@@ -43,6 +45,8 @@ class Result:
     left_after: float  # its energy over that of the declared fit
 
 
+# numpy may have been loaded with more threads, whose sums differ from run to run in the last digits
+@threadpool_limits.wrap(limits=int(os.environ["OMP_NUM_THREADS"].split(",")[0]), user_api="blas")
 def calibrate_case(
     path: str | Path,
     *,

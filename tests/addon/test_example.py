@@ -31,6 +31,15 @@ def numbers(report):
     return {key: value for key, value in report.items() if key not in ("seconds", "case")}
 
 
+def alike(value):
+    """Equal but for the last digits of sums, which depend on where an array lies in memory."""
+    if isinstance(value, dict):
+        return {key: alike(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [alike(one) for one in value]
+    return pytest.approx(value, rel=1e-6, abs=1e-9) if isinstance(value, float) else value
+
+
 @pytest.fixture(scope="module")
 def calibrated(extension, tmp_path_factory):
     """The example as the panel calibrates it: its .blend, and the case that it exports."""
@@ -50,7 +59,7 @@ def test_an_exported_case_gives_the_same_report_from_the_command_line(calibrated
     arguments += ["--elements", 600]
     assert main([str(one) for one in arguments]) == 0
     again = json.loads((folder / "case" / "report.json").read_text())
-    assert numbers(again) == numbers(report)
+    assert numbers(again) == alike(numbers(report))
 
 
 @pytest.mark.parametrize("factor", [0.1, 10.0])
