@@ -1,11 +1,14 @@
 """From a motion to what an animation program plays: keys on curves, or a cache of points."""
 
+import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
+from threadpoolctl import threadpool_limits
 
 from .data import Motion, poles, seal
 from .errors import DataError
@@ -13,7 +16,8 @@ from .errors import DataError
 FAITHFUL = (
     2e-5  # of a curve's peak: what a curve may leave of the motion anywhere, between keys too
 )
-CHUNK = 1 << 23  # numbers of a cache that are worked out at once
+WORKERS = 2  # that write a cache
+BLOCK, TILE = 16, 1 << 14  # frames, and numbers of each, that are worked out at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +141,7 @@ def write_pc2(path: Path, rest: np.ndarray, motion: Motion, frames: tuple) -> No
     """Positions `rest` (V, 3) + motion as a PC2 cache, in the unit of `rest` and the shapes.
 
     `frames` = (count, fps): sample i is i / fps seconds after the release. Written beside and
-    moved into place, so that a file is whole or absent.
+    moved into place, so that a file is whole or absent. Raises OSError when it cannot be written.
     """
     count, fps = frames
     weights = sample(motion, motion.time[0] + np.arange(count) / fps)
@@ -147,17 +151,42 @@ def write_pc2(path: Path, rest: np.ndarray, motion: Motion, frames: tuple) -> No
     head = np.zeros(1, PC2_HEAD)
     head[0] = (b"POINTCACHE2", 1, len(rest), 0.0, 1.0, count)
     part = path.with_name(path.name + ".part")
-    rows = min(count, max(1, CHUNK // parts.shape[1]))
-    rooms = np.empty((2, rows, parts.shape[1]), np.float32)  # one fills while the other is written
-    with part.open("wb", buffering=0) as file, ThreadPoolExecutor(1) as writer:
-        written = writer.submit(_write_all, file, head)
-        for i, start in enumerate(range(0, count, rows)):
-            block = rooms[i % 2, : min(rows, count - start)]
-            np.matmul(weights[start : start + rows], parts, out=block)
-            written.result()
-            written = writer.submit(_write_all, file, block)
-        written.result()
-    part.replace(path)
+    try:
+        with part.open("wb") as file:
+            _reserve(file, head.nbytes + 4 * count * parts.shape[1])
+            file.write(head)
+        # one computes while the other writes; more threads inside each would only wait
+        with threadpool_limits(1, user_api="blas"), ThreadPoolExecutor(WORKERS) as pool:
+            work = partial(_write_share, part, weights, parts)
+            list(pool.map(work, range(WORKERS)))
+        part.replace(path)
+    except OSError:
+        part.unlink(missing_ok=True)
+        raise
+
+
+def _reserve(file, size: int) -> None:
+    """Room on the disk at once: growing a file piece by piece costs as much as filling it."""
+    if hasattr(os, "posix_fallocate"):
+        os.posix_fallocate(file.fileno(), 0, size)
+    else:
+        file.truncate(size)
+
+
+def _write_share(path: Path, weights: np.ndarray, parts: np.ndarray, worker: int) -> None:
+    """Every WORKERS-th block of frames, each to its place; tiles stay within a core's cache."""
+    size = parts.shape[1]
+    rows = min(BLOCK, len(weights))
+    room = np.empty((rows, size), np.float32)
+    with path.open("r+b", buffering=0) as file:
+        for start in range(worker * rows, len(weights), WORKERS * rows):
+            block = room[: min(rows, len(weights) - start)]
+            for tile in range(0, size, TILE):
+                here = slice(tile, tile + TILE)
+                share = weights[start : start + rows]
+                np.matmul(share, parts[:, here], out=block[:, here])
+            file.seek(PC2_HEAD.itemsize + 4 * start * size)
+            _write_all(file, block)
 
 
 def _write_all(file, block: np.ndarray) -> None:
