@@ -98,8 +98,10 @@ def _write_recording(context, obj, folder: Path, given: dict, whole: bool) -> No
     else:
         film_path = Path(bpy.path.abspath(recording.clip.filepath))
         found["video"] = _beside(film.film_of(recording.clip, film_path), folder, whole)
-    if recording.own_range:
-        found |= {"start": decimal(recording.start), "stop": decimal(recording.stop)}
+    if recording.own_start:
+        found["start"] = decimal(recording.start)
+    if recording.own_stop:
+        found["stop"] = decimal(recording.stop)
     given["recording"] = found
     pixels = film.rest_pixels(obj)
     given["marker"] = [

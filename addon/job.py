@@ -145,9 +145,13 @@ def _environment(threads: int) -> dict[str, str]:
 
 
 def _apart() -> dict:
-    """A process group of its own, so that stopping it stops all of it and nothing else."""
+    """A process group of its own, so that stopping it stops all of it and nothing else.
+
+    It gives way to Blender's window; elsewhere than on Windows the child sees to that itself.
+    """
     if os.name == "nt":
-        return {"creationflags": subprocess.CREATE_NO_WINDOW}
+        below = subprocess.BELOW_NORMAL_PRIORITY_CLASS
+        return {"creationflags": subprocess.CREATE_NO_WINDOW | below}
     return {"start_new_session": True}
 
 

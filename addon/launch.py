@@ -16,6 +16,8 @@ def end_with_parent() -> None:
 
 
 if __name__ == "__main__":
+    if hasattr(os, "nice"):
+        os.nice(10)  # Blender's window comes first
     threading.Thread(target=end_with_parent, daemon=True).start()
     if sys.argv[1] == "-m":
         sys.argv = sys.argv[2:]

@@ -1,6 +1,5 @@
 """A case folder as an object of the scene, ready to calibrate."""
 
-import math
 import tomllib
 from pathlib import Path
 
@@ -63,14 +62,14 @@ def _fill(obj: bpy.types.Object, fields: dict, path: Path, pinned: np.ndarray) -
     group.add(np.flatnonzero(pinned).tolist(), 1.0, "REPLACE")
     settings.pins = group.name
     recording, given = settings.recording, fields["recording"]
-    recording.case_file = str(path)
+    recording.case_file = _kept(path)
     recording.gravity = body["gravity"] is not None
     recording.unloaded = body["shape"] == "unloaded"
     if given["video"]:
         recording.source = "VIDEO"
         recording.clip = _clip(path.parent / given["video"], fields["marker"])
     else:
-        recording.source, recording.path = "CSV", str(path.parent / given["tracks"])
+        recording.source, recording.path = "CSV", _kept(path.parent / given["tracks"])
     seen = film.tracks(recording)
     keep_points(obj, _only(seen, [marker["name"] for marker in fields["marker"]]))
     for point, marker in zip(settings.points, fields["marker"], strict=True):
@@ -80,10 +79,19 @@ def _fill(obj: bpy.types.Object, fields: dict, path: Path, pinned: np.ndarray) -
     if given["capture_fps"]:
         recording.capture_fps = given["capture_fps"]
         recording.seconds = recording.frames / given["capture_fps"]
-    if given["start"] is not None:
-        end = recording.seconds - 1 / recording.capture_fps if seen.time is None else seen.time[-1]
-        recording.own_range, recording.start = True, given["start"]
-        recording.stop = given["stop"] or math.floor(end * 1e4) / 1e4
+    for end in ("start", "stop"):
+        if given[end] is not None:
+            setattr(recording, f"own_{end}", True)
+            setattr(recording, end, given[end])
+
+
+def _kept(path: Path) -> str:
+    """As a file browser keeps it: relative to a saved file, where that is preferred."""
+    wanted = bpy.data.filepath and bpy.context.preferences.filepaths.use_relative_paths
+    try:
+        return bpy.path.relpath(str(path)) if wanted else str(path)
+    except ValueError:  # on another drive
+        return str(path)
 
 
 def _only(seen: film.Seen, names: list[str]) -> film.Seen:

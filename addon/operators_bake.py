@@ -13,7 +13,7 @@ from ..core.data import Motion, Surface
 from ..core.errors import CoreError
 from ..core.surface import face_areas
 from . import keep, read, ready, running, write
-from .operators_recording import under_mouse
+from .operators_place import under_mouse
 
 
 class RINGDOWN_OT_bake(bpy.types.Operator):

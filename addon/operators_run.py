@@ -14,7 +14,7 @@ from ..core.data import TetMesh
 from ..core.errors import CoreError
 from ..core.tets import key, save_tets
 from . import folder as case_folder
-from . import job, keep, ready, running
+from . import job, keep, ready, running, windows
 
 SURFACE, TETS = "surface.npz", Path(job.REPORT).with_suffix(".npz")
 
@@ -108,17 +108,7 @@ class RINGDOWN_OT_picture(bpy.types.Operator):
     def execute(self, context):
         obj = ready.target(context)
         image = picture_of(obj)
-        area = next((a for a in context.screen.areas if a.type == "IMAGE_EDITOR"), None)
-        if area is None and not bpy.app.background:
-            bpy.ops.wm.window_new()
-            area = context.window_manager.windows[-1].screen.areas[0]
-            area.type = "IMAGE_EDITOR"
-        if area is not None:
-            area.spaces.active.image = image
-            region = next(r for r in area.regions if r.type == "WINDOW")
-            window = next(w for w in context.window_manager.windows if area in w.screen.areas[:])
-            with context.temp_override(window=window, area=area, region=region):
-                bpy.ops.image.view_all(fit_view=True)
+        windows.editor(context, "IMAGE_EDITOR", lambda space: setattr(space, "image", image))
         return {"FINISHED"}
 
 

@@ -32,9 +32,9 @@ class RINGDOWN_PT_object(SubStep, bpy.types.Panel):
         row.menu("RINGDOWN_MT_material", text="", icon="PRESET")
         row.operator("ringdown.material_save", text="", icon="ADD")
         column = layout.column()
-        column.prop(material, "density", text="Density kg/m³")
+        column.prop(material, "density", text="Density (kg/m³)")
         column.prop(material, "poisson_ratio")
-        column.prop(material, "modulus", text="Expected kPa")
+        column.prop(material, "modulus", text="Modulus (kPa)")
         if material.source:
             say(layout, material.source, "BOOKMARKS")
         self.sizes(context, layout, obj, facts)
@@ -125,11 +125,15 @@ class RINGDOWN_PT_recording(SubStep, bpy.types.Panel):
             layout.use_property_split = False
             layout.template_ID(recording, "clip", open="clip.open")
             layout.use_property_split = True
+            if recording.clip:
+                layout.operator("ringdown.clip_editor", icon="TRACKER")
         needs(layout, ready.for_recording(context))
         self.clock(context, layout, recording)
         layout.operator("ringdown.read", icon="FILE_REFRESH")
         if recording.found:
             say(layout, f"{recording.found}, {recording.seconds:.3g} s")
+        elif not ready.for_recording(context):
+            needs(layout, "Not read yet")
         if obj.ringdown.points:
             self.points(context, layout, obj)
         self.free_part(layout, recording)
@@ -163,15 +167,16 @@ class RINGDOWN_PT_recording(SubStep, bpy.types.Panel):
         needs(layout, ready.for_points(context))
 
     def free_part(self, layout, recording):
-        row = layout.row(heading="Free Part")
-        row.prop(recording, "own_range", text="Set")
-        row.operator("ringdown.free_part", text="Find", icon="VIEWZOOM")
-        if recording.own_range:
-            column = layout.column(align=True)
-            column.prop(recording, "start")
-            column.prop(recording, "stop")
-        else:
-            fact(layout, "", "Found while calibrating")
+        column = layout.column(align=True)
+        for end, heading in (("start", "Release"), ("stop", "Stop")):
+            row = column.row(align=True, heading=heading)
+            row.prop(recording, f"own_{end}", text="")
+            if getattr(recording, f"own_{end}"):
+                row.prop(recording, end, text="")
+            else:
+                row.label(text="Is found")
+        if recording.source != "VIDEO":
+            layout.operator("ringdown.free_part", icon="VIEWZOOM")
 
     def camera(self, layout, recording):
         if recording.case_file:
@@ -185,7 +190,7 @@ class RINGDOWN_PT_recording(SubStep, bpy.types.Panel):
             if recording.scale == "LENGTH":
                 layout.prop(recording, "length")
                 layout.prop(recording, "length_px")
-        column = layout.column(heading="Weight")
+        column = layout.column(heading="Own Weight")
         column.prop(recording, "gravity")
         if recording.gravity:
             column.prop(recording, "unloaded")

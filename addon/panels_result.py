@@ -13,7 +13,7 @@ class RINGDOWN_PT_calibrate(SubStep, bpy.types.Panel):
     def fill(self, context, layout, obj):
         if NOW.child:
             told = NOW.child.progress
-            layout.progress(factor=told.fraction, text=f"{told.fraction:.0%}")
+            layout.progress(factor=told.fraction, text=f"{100 * told.fraction:.0f} %")
             say(layout, told.text)
             layout.operator("ringdown.cancel", icon="X")
             return
@@ -35,7 +35,7 @@ class RINGDOWN_PT_result(SubStep, bpy.types.Panel):
         icon, line = words.VERDICTS[report["diagnosis"]["verdict"]]
         say(layout, line, icon)
         self.found(layout, report["diagnosis"])
-        self.modes(layout, report)
+        self.modes(layout, report["modes"])
         self.numbers(layout, report)
         row = layout.row(align=True)
         row.operator("ringdown.picture", text="Picture", icon="IMAGE_DATA")
@@ -48,17 +48,23 @@ class RINGDOWN_PT_result(SubStep, bpy.types.Panel):
 
     def found(self, layout, diagnosis):
         for effect in diagnosis["effects"]:
-            say(layout, words.effect(effect), "DOT")
+            column = layout.column(align=True)
+            say(column, words.effect(effect), "DOT")
+            for label, value in words.numbers(effect):
+                fact(column, label, value)
             if effect["twins"]:
                 twins = " or ".join(words.name(twin) for twin in effect["twins"])
                 say(layout, f"This film cannot tell it from {twins}", "BLANK1")
 
-    def modes(self, layout, report):
+    def modes(self, layout, modes):
         box = layout.box().column(align=True)
+        if not modes:
+            box.label(text="No mode was found")
+            return
         row = box.row()
         for text in ("Measured", "Computed", "Damping"):
             row.label(text=text)
-        for mode in report["modes"]:
+        for mode in sorted(modes, key=lambda mode: mode["natural_frequency_hz"]["value"]):
             row = box.row()
             row.label(text=f"{mode['natural_frequency_hz']['value']:.2f} Hz")
             computed = mode["model_frequency_hz"]
@@ -68,21 +74,22 @@ class RINGDOWN_PT_result(SubStep, bpy.types.Panel):
     def numbers(self, layout, report):
         column = layout.column(align=True)
         stiffness, error = report["youngs_modulus"], report["error"]
-        for name, key in (("Mesh Needs", "apparent"), ("Material", "material")):
+        for name, key in (("Modulus", "material"), ("On This Mesh", "apparent")):
             if stiffness.get(key):
                 fact(column, name, words.modulus(stiffness[key]))
         if error["after"] is not None and error["before"] is not None:
-            fact(
-                column,
-                "Held-Out Error",
-                f"{words.share(error['before'])}, now {words.share(error['after'])}",
-            )
+            was, now = words.share(error["before"]), words.share(error["after"])
+            fact(column, "Held-Out Error", now if was == now else f"{was}, now {now}")
+        if error["floor"] is not None:
+            fact(column, "Noise", words.share(error["floor"]))
 
     def next(self, layout, report):
-        for advice in report["diagnosis"]["advice"]:
-            say(layout, words.sentence(advice), "LIGHT")
         for warning in report["warnings"]:
             say(layout, words.sentence(warning), "ERROR")
+        if report["diagnosis"]["advice"]:
+            layout.label(text="To know more:")
+        for advice in report["diagnosis"]["advice"]:
+            say(layout, words.sentence(advice), "LIGHT")
 
 
 class RINGDOWN_PT_bake(SubStep, bpy.types.Panel):
@@ -100,7 +107,7 @@ class RINGDOWN_PT_bake(SubStep, bpy.types.Panel):
                 obj.ringdown.facts.report
                 and words.report(obj.ringdown.facts.report)["diagnosis"]["effects"]
             ):
-                say(layout, "The modes alone; what else was found is in Recorded", "INFO")
+                say(layout, "Plays the modes alone; Recorded has what else was found", "INFO")
         layout.prop(bake, "target", expand=True)
         column = layout.column(align=True)
         column.prop(bake, "first")

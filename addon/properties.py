@@ -60,8 +60,8 @@ class RINGDOWN_PG_material(bpy.types.PropertyGroup):
     )
     modulus: FloatProperty(
         name="Expected Modulus",
-        description="Young's modulus in kPa to compare with; the result does not depend on it. "
-        "0: unknown",
+        description="Young's modulus in kPa to compare with, 0 when unknown. "
+        "The result does not depend on it",
         default=0.0,
         min=0.0,
         precision=1,
@@ -88,8 +88,11 @@ class RINGDOWN_PG_recording(bpy.types.PropertyGroup):
         precision=2,
         step=100,
     )
-    own_range: BoolProperty(
-        name="Set Free Part", description="Say when the object swings freely; else it is found"
+    own_start: BoolProperty(
+        name="Set Release", description="Say when the object is let go; else it is found"
+    )
+    own_stop: BoolProperty(
+        name="Set Stop", description="Say until when the object swings freely; else it is found"
     )
     start: FloatProperty(
         name="Release",
@@ -114,7 +117,7 @@ class RINGDOWN_PG_recording(bpy.types.PropertyGroup):
         min=1.0,
     )
     gravity: BoolProperty(
-        name="Gravity",
+        name="Bends It",
         description="The scene's gravity bends the object and stiffens or softens it",
     )
     unloaded: BoolProperty(

@@ -66,7 +66,7 @@ def for_pins(context) -> str:
         return why
     obj = target(context)
     if not obj.ringdown.pins:
-        return "Say what is held: assign pins"
+        return "Say what is held: select it in Edit Mode, and assign"
     if obj.ringdown.pins not in obj.vertex_groups:
         return f'The pins\' vertex group "{obj.ringdown.pins}" is gone: assign again'
     return ""
@@ -79,11 +79,11 @@ def for_recording(context) -> str:
         return why
     recording = target(context).ringdown.recording
     if recording.source == "CSV":
-        return "" if recording.path else "Choose the table of tracks"
+        return "" if recording.path else "Choose the table of tracks, a .csv"
     if recording.clip is None:
-        return "Choose the movie clip"
+        return "Open the film as a movie clip"
     if not len(recording.clip.tracking.tracks):
-        return "The clip has no tracks: add markers in the Movie Clip Editor"
+        return "The clip has no tracks: Ctrl-click points in the Clip Editor"
     return ""
 
 

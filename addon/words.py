@@ -4,6 +4,8 @@ import json
 import math
 from functools import lru_cache
 
+from .effect_words import NUMBERS, SAYS
+
 UNITS = ((1.0, "m"), (0.01, "cm"), (0.001, "mm"))
 VERDICTS = {
     "adequate": ("CHECKMARK", "Nothing is missing: what is left is noise"),
@@ -55,7 +57,8 @@ def size(metres: list[float], system: str) -> str:
         unit, name = (0.3048, "ft") if largest >= 0.3048 else (0.0254, "in")
     else:
         unit, name = next(u for u in UNITS if largest >= u[0] or u == UNITS[-1])
-    return " × ".join(f"{x / unit:.3g}" for x in metres) + f" {name}"
+    places = max(0, 2 - math.floor(math.log10(max(largest / unit, 1e-9))))
+    return " × ".join(f"{x / unit:.{min(places, 3)}f}" for x in metres) + f" {name}"
 
 
 def name(effect: str) -> str:
@@ -63,14 +66,21 @@ def name(effect: str) -> str:
 
 
 def effect(found: dict) -> str:
-    """One line: what was found, with its numbers."""
-    parts = []
+    """One line: what was found, and what that is."""
+    kind = found["name"]
+    return name(kind).capitalize() + (f". {SAYS[kind]}" if kind in SAYS else "")
+
+
+def numbers(found: dict) -> list[tuple[str, str]]:
+    """(label, value) of each of the effect's numbers; lists of them stay in the report."""
+    rows = []
     for key, value in found["parameters"].items():
-        if isinstance(value.get("value"), int | float):
-            unit = value.get("unit", "")
-            unit = "" if unit in ("", "1") else f" {unit}"
-            parts.append(f"{name(key)} {number(value)}{unit}")
-    return name(found["name"]).capitalize() + (": " + ", ".join(parts) if parts else "")
+        if not isinstance(value.get("value"), int | float):
+            continue
+        plain = (name(key).title(), 1, value.get("unit", "").removeprefix("1"))
+        label, scale, unit = NUMBERS.get((found["name"], key), plain)
+        rows.append((label, f"{number(value, scale)} {unit}".strip()))
+    return rows
 
 
 def wrapped(text: str, width: int) -> list[str]:

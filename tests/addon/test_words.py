@@ -40,5 +40,5 @@ def test_lines_break_between_words_and_lose_none(words):
 
 
 def test_sizes_share_one_unit(words):
-    assert words.size([0.08, 0.068, 0.0599], "METRIC") == "8 × 6.8 × 5.99 cm"
+    assert words.size([0.08, 0.068, 0.0599], "METRIC") == "8.00 × 6.80 × 5.99 cm"
     assert words.size([2.54, 0.5, 0.1], "IMPERIAL").endswith(" ft")
