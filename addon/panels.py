@@ -174,7 +174,7 @@ class RINGDOWN_PT_recording(SubStep, bpy.types.Panel):
             if getattr(recording, f"own_{end}"):
                 row.prop(recording, end, text="")
             else:
-                row.label(text="Is found")
+                row.label(text="Automatic")
         if recording.source != "VIDEO":
             layout.operator("ringdown.free_part", icon="VIEWZOOM")
 

@@ -15,6 +15,7 @@ from bpy.props import (
 from .choices import SCALES, SOURCES, VIEWS
 
 HIDDEN = {"HIDDEN"}
+RELATIVE = {"ANIMATABLE", "PATH_SUPPORTS_BLEND_RELATIVE"}
 
 
 def _meshes_only(_self, obj):
@@ -73,7 +74,9 @@ class RINGDOWN_PG_recording(bpy.types.PropertyGroup):
     """What was filmed, how fast, and from where."""
 
     source: EnumProperty(name="Source", items=SOURCES, default="CLIP")
-    path: StringProperty(name="Table", description="Tracks as .csv", subtype="FILE_PATH")
+    path: StringProperty(
+        name="Table", description="Tracks as .csv", subtype="FILE_PATH", options=RELATIVE
+    )
     clip: PointerProperty(
         name="Clip", description="The film as a movie clip", type=bpy.types.MovieClip
     )
@@ -128,6 +131,7 @@ class RINGDOWN_PG_recording(bpy.types.PropertyGroup):
         name="Case",
         description="A case.toml that also gives loads, takes and the camera",
         subtype="FILE_PATH",
+        options=RELATIVE,
     )
     frames: IntProperty(options=HIDDEN)
     seconds: FloatProperty(options=HIDDEN)

@@ -1,5 +1,7 @@
 """Undo, save, copy, append, override: the file's data stay what they were, and go on."""
 
+import tomllib
+
 import bpy
 import pytest
 
@@ -43,6 +45,59 @@ def test_undo_after_each_step_restores_the_file(bar, fake, tmp_path, upto):
     assert state() != before
     bpy.ops.ed.undo()
     assert state() == before
+
+
+OTHERS = {
+    "case_open": lambda case: bpy.ops.ringdown.case_open(filepath=str(case)),
+    "measure": lambda case: bpy.ops.ringdown.measure(),
+    "free_part": lambda case: bpy.ops.ringdown.free_part(),
+}
+
+
+@pytest.mark.parametrize("name", list(OTHERS))
+def test_undo_after_an_operator_beside_the_road_restores_the_file(bar, fake, tmp_path, name):
+    prepared(bar, tmp_path)
+    case = exported(tmp_path, "")
+    bar.ringdown.facts.look = ""
+    bpy.ops.ed.undo_push(message="before")
+    before = state()
+    assert OTHERS[name](case) == {"FINISHED"}
+    bpy.ops.ed.undo_push(message=name)
+    assert state() != before
+    bpy.ops.ed.undo()
+    assert state() == before
+
+
+def exported(tmp_path, recording):
+    """The case folder of what is prepared, with more lines under [recording]."""
+    assert bpy.ops.ringdown.export(directory=str(tmp_path / "case")) == {"FINISHED"}
+    path = tmp_path / "case" / "case.toml"
+    path.write_text(path.read_text().replace("[recording]", f"[recording]\n{recording}"))
+    return path
+
+
+@pytest.mark.parametrize(
+    "given", [{"start": 0.25}, {"stop": 1.5}, {"start": 0.25, "stop": 1.5}, {}]
+)
+def test_release_and_stop_of_an_opened_case_come_back_out_as_they_went_in(
+    bar, fake, tmp_path, given
+):
+    prepared(bar, tmp_path)
+    lines = "\n".join(f"{end} = {value}" for end, value in given.items())
+    assert OTHERS["case_open"](exported(tmp_path, lines)) == {"FINISHED"}
+    assert bpy.ops.ringdown.export(directory=str(tmp_path / "again")) == {"FINISHED"}
+    found = tomllib.loads((tmp_path / "again" / "case.toml").read_text())["recording"]
+    assert {end: found[end] for end in ("start", "stop") if end in found} == given
+
+
+def test_an_opened_case_is_named_from_the_saved_file_on(bar, fake, tmp_path):
+    prepared(bar, tmp_path)
+    case = exported(tmp_path, "")
+    bpy.ops.wm.save_as_mainfile(filepath=str(case.parent / "file.blend"))
+    assert OTHERS["case_open"](case) == {"FINISHED"}
+    recording = bpy.context.scene.ringdown_object.ringdown.recording
+    assert (recording.case_file, recording.path) == ("//case.toml", "//tracks.csv")
+    assert bpy.ops.ringdown.read() == {"FINISHED"}
 
 
 @pytest.mark.parametrize("upto", ["use", "pins", "read", "calibrate", "bake"])
