@@ -126,6 +126,7 @@ class Now:
     child: Job | None = None
     what: str = ""
     stop: bool = False
+    said: str = ""  # in the status bar
     shown: Progress | None = (
         None  # what was last drawn: drawing it again would cost, and show nothing
     )

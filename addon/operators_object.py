@@ -147,6 +147,7 @@ def measure(context, obj: bpy.types.Object) -> None:
     surface = read.surface(obj, depsgraph)
     facts = obj.ringdown.facts
     facts.volume, facts.closed = enclosed_volume(surface), is_closed(surface)
+    facts.size = np.ptp(surface.vertices, axis=0).tolist()
     facts.look = ready.look(obj)
     facts.pins, facts.pins_small = "", False
     if obj.ringdown.pins in obj.vertex_groups:

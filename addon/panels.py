@@ -41,13 +41,12 @@ class RINGDOWN_PT_object(SubStep, bpy.types.Panel):
 
     def sizes(self, context, layout, obj, facts):
         system = context.scene.unit_settings.system
-        metre = context.scene.unit_settings.scale_length if system != "NONE" else 1.0
         system = "METRIC" if system == "NONE" else system
-        column = layout.column(align=True)
-        fact(column, "Size", words.size([d * metre for d in obj.dimensions], system))
         if not facts.look or ready.stale(obj, facts.look):
-            layout.operator("ringdown.measure", text="Measure Volume and Mass")
+            layout.operator("ringdown.measure", text="Measure", icon="DRIVER_DISTANCE")
             return
+        column = layout.column(align=True)
+        fact(column, "Size", words.size(list(facts.size), system))
         mass = facts.volume * obj.ringdown.material.density
         fact(column, "Volume", units.to_string(system, "VOLUME", facts.volume, precision=3))
         fact(column, "Mass", units.to_string(system, "MASS", mass, precision=3))

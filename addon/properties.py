@@ -144,6 +144,7 @@ class RINGDOWN_PG_facts(bpy.types.PropertyGroup):
     """What operators have worked out, so that drawing need not."""
 
     look: StringProperty(options=HIDDEN)  # the mesh that this holds for
+    size: FloatVectorProperty(options=HIDDEN)  # m, of the box about the rest shape
     volume: FloatProperty(options=HIDDEN)  # m3
     closed: BoolProperty(options=HIDDEN)
     pins: StringProperty(options=HIDDEN)  # area and share, and the warning for small ones

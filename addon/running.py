@@ -97,9 +97,11 @@ class Running:
         now = NOW.child.progress
         if now == NOW.shown:
             return
-        said, NOW.shown = NOW.shown.text if NOW.shown else "", now
-        if context.workspace and now.text != said:
+        if context.workspace and now.text != NOW.said:
+            NOW.said = now.text  # the panel follows at the next look: one drawing at a time
             context.workspace.status_text_set(f"Ringdown: {now.text}   |   Esc: Cancel")
+            return
+        NOW.shown = now
         redraw(context, everything=False)
 
     def _end(self, context) -> None:
@@ -109,7 +111,7 @@ class Running:
             self._timer = None
         if context.workspace:
             context.workspace.status_text_set(None)
-        NOW.child, NOW.what, NOW.stop, NOW.shown = None, "", False, None
+        NOW.child, NOW.what, NOW.stop, NOW.shown, NOW.said = None, "", False, None, ""
         shutil.rmtree(self._folder, ignore_errors=True)
         redraw(context)
 

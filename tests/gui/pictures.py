@@ -1,0 +1,67 @@
+"""The pictures of the panel for docs: the tab with a result, the cage, and the baked object.
+
+real_blender.sh DIR shot tests/gui/pictures.py out.png CHECKOUT
+
+Wants a screen of 1900 x 2500 (a copy of the script with that size) and some minutes. Leaves
+panel.png, cage.png and result.png in DIR/mnt/stage; look at them before they are taken over.
+"""
+
+import os
+import pathlib
+import sys
+
+import bpy
+
+sys.path.insert(0, "/mnt/checkout/tests/gui")
+import press
+
+press.SCALE, press.ELEMENTS = 1.0, 1500
+STAGE = pathlib.Path("/mnt/stage")
+
+
+def story():
+    press.prepare()
+    yield 1.0
+    yield from press.open_tab()
+    press.mouse(*press.MIDDLE)
+    space = press.view().spaces.active
+    space.overlay.show_cursor = space.overlay.show_object_origins = False
+    space.region_3d.view_distance *= 1.6
+    obj = bpy.context.scene.ringdown_object
+    for name, step in (("cage", bpy.ops.ringdown.cage), ("result", bpy.ops.ringdown.calibrate)):
+        with bpy.context.temp_override(
+            window=press.window(), area=press.view(), region=press.region("WINDOW")
+        ):
+            step("INVOKE_DEFAULT")
+        yield from press.wait(lambda: press.job().child is None)
+        yield 1.0
+        if name == "cage":
+            press.shot("raw_cage")
+    obj.ringdown.show_cage = obj.ringdown.show_pins = False
+    obj.ringdown.show_ghost = True
+    bpy.ops.ringdown.bake()
+    bpy.context.scene.frame_set(4)
+    yield 1.0
+    press.shot("raw_result")
+    bar, view = press.region("UI"), press.view()
+    height = press.window().height
+    left, top = bar.x, height - bar.y - bar.height
+    crop("raw_result", "panel", (bar.width - 24, bar.height, left, top))
+    middle = view.x + view.width // 2, height - view.y - view.height // 2
+    wide, high = 960, 760
+    for name in ("cage", "result"):
+        crop(f"raw_{name}", name, (wide, high, middle[0] - wide // 2, middle[1] - high // 2))
+    print("panel", bar.width, bar.height)
+
+
+def crop(raw, name, box):
+    os.system(
+        f"convert {STAGE / raw}.png -crop {box[0]}x{box[1]}+{box[2]}+{box[3]} {STAGE / name}.png"
+    )
+
+
+if __name__ == "__main__":
+    press.enable()
+    press.story = story
+    os.system(f"touch {STAGE}/6_baked.png")
+    press.run()
