@@ -3,7 +3,7 @@
 SAYS = {
     "viscous_damping": "Each mode loses energy at its own rate",
     "structural_damping": "All modes lose the same share in each swing",
-    "relaxation": "The material creeps: stiff when moved fast, softer when held",
+    "relaxation": "It creeps: stiff when moved fast, soft when held",
     "dry_friction": "Something rubs: the swing stops early and off its place",
     "air_drag": "The air brakes large swings more than small ones",
     "large_amplitude": "The pitch changes with the size of the swing",

@@ -6,6 +6,8 @@ from bpy.utils import units
 from . import operators_recording, ready, words
 from .layout import Step, SubStep, fact, needs, say
 
+LARGE = 1.0  # m: few soft things that are filmed wobbling are so large; Blender's own cube is
+
 
 class RINGDOWN_PT_main(Step, bpy.types.Panel):
     bl_label = "Ringdown"
@@ -14,11 +16,13 @@ class RINGDOWN_PT_main(Step, bpy.types.Panel):
         layout = self.layout
         row = layout.row(align=True)
         row.prop(context.scene, "ringdown_object", text="", icon="OBJECT_DATA")
-        row.operator("ringdown.use", text="", icon="EYEDROPPER")
+        picked, active = context.scene.ringdown_object, context.object
         if ready.target(context) is None:
             needs(layout, ready.for_object(context))
-        elif context.scene.ringdown_object is None:
-            layout.label(text=f"Active: {context.object.name}", icon="OBJECT_DATA")
+        elif picked is None:
+            layout.operator("ringdown.use", text=f"Use {active.name}", icon="OBJECT_DATA")
+        elif active is not None and active.type == "MESH" and active != picked:
+            row.operator("ringdown.use", text="", icon="FILE_REFRESH")
         layout.operator("ringdown.case_open", icon="FILE_FOLDER")
 
 
@@ -50,6 +54,8 @@ class RINGDOWN_PT_object(SubStep, bpy.types.Panel):
         mass = facts.volume * obj.ringdown.material.density
         fact(column, "Volume", units.to_string(system, "VOLUME", facts.volume, precision=3))
         fact(column, "Mass", units.to_string(system, "MASS", mass, precision=3))
+        if max(facts.size) >= LARGE:
+            needs(layout, "Is it truly so large? Scale it to its true size")
         if not facts.closed:
             say(layout, "The mesh is not closed: the volume is that of its tetrahedra", "INFO")
 
@@ -141,11 +147,11 @@ class RINGDOWN_PT_recording(SubStep, bpy.types.Panel):
     def clock(self, context, layout, recording):
         if recording.source == "CSV":
             if recording.found and not recording.timed:
-                layout.prop(recording, "capture_fps", text="Captured At")
+                layout.prop(recording, "capture_fps", text="Captured (fps)")
             return
         plays = operators_recording.playback(context, recording)
-        layout.prop(recording, "capture_fps", text="Captured At")
-        fact(layout, "Plays At", f"{plays:g}, {recording.capture_fps / plays:.3g} × slower")
+        layout.prop(recording, "capture_fps", text="Captured (fps)")
+        fact(layout, "Plays (fps)", f"{plays:g}, {recording.capture_fps / plays:.3g} × slower")
         row = layout.row(align=True)
         for factor in (1, 2, 4, 8, 16, 32):
             row.operator("ringdown.slow_motion", text=f"{factor}×").factor = factor

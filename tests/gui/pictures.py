@@ -17,6 +17,8 @@ import press
 
 press.SCALE, press.ELEMENTS = 1.0, 1500
 STAGE = pathlib.Path("/mnt/stage")
+HEAD, TABS, BUTTON = 20, 24, 36  # px: the window's title, the strip of tabs, a button and its gap
+LOWER = 60  # px that a body on its support sits below the middle of the view
 
 
 def story():
@@ -43,15 +45,27 @@ def story():
     bpy.context.scene.frame_set(4)
     yield 1.0
     press.shot("raw_result")
-    bar, view = press.region("UI"), press.view()
-    height = press.window().height
-    left, top = bar.x, height - bar.y - bar.height
-    crop("raw_result", "panel", (bar.width - 24, bar.height, left, top))
-    middle = view.x + view.width // 2, height - view.y - view.height // 2
-    wide, high = 960, 760
+    yield from columns()
+    view = press.view()
+    middle = view.x + view.width // 2, press.window().height - view.y - view.height // 2
+    wide, high = 960, 860
     for name in ("cage", "result"):
-        crop(f"raw_{name}", name, (wide, high, middle[0] - wide // 2, middle[1] - high // 2))
-    print("panel", bar.width, bar.height)
+        corner = middle[0] - wide // 2, middle[1] - high // 2 + LOWER
+        crop(f"raw_{name}", name, (wide, high, *corner))
+
+
+def columns():
+    """The tab as two columns: up to Calibrate, and from there to the last line under Bake."""
+    bar, height = press.region("UI"), press.window().height
+    left, top = bar.x, height - bar.y - bar.height + HEAD
+    for name in ("ringdown.calibrate(", "ringdown.bake("):
+        yield from press.find(name)
+    split, end = (height - press.FOUND[n][1] for n in ("ringdown.calibrate(", "ringdown.bake("))
+    split, end = split + HEAD + BUTTON, end + HEAD + 2 * BUTTON - 20
+    crop("raw_result", "left", (bar.width - TABS, split - top, left, top))
+    crop("raw_result", "right", (bar.width - TABS, end - split, left, split))
+    both = f"{STAGE}/left.png {STAGE}/right.png"
+    os.system(f"convert {both} -background '#303030' +append {STAGE}/panel.png")
 
 
 def crop(raw, name, box):
