@@ -17,7 +17,7 @@ FAITHFUL = (
     2e-5  # of a curve's peak: what a curve may leave of the motion anywhere, between keys too
 )
 WORKERS = 2  # that write a cache
-BLOCK, TILE = 16, 1 << 14  # frames, and numbers of each, that are worked out at once
+BLOCK, TILE = 8, 1 << 16  # frames, and numbers of each, that are worked out at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,19 +174,17 @@ def _reserve(file, size: int) -> None:
 
 
 def _write_share(path: Path, weights: np.ndarray, parts: np.ndarray, worker: int) -> None:
-    """Every WORKERS-th block of frames, each to its place; tiles stay within a core's cache."""
-    size = parts.shape[1]
-    rows = min(BLOCK, len(weights))
-    room = np.empty((rows, size), np.float32)
+    """Every WORKERS-th tile of frames times numbers, small enough to stay in a core's cache."""
+    (count, size), room = (len(weights), parts.shape[1]), np.empty(BLOCK * TILE, np.float32)
+    tiles = [(a, b) for a in range(0, count, BLOCK) for b in range(0, size, TILE)]
     with path.open("r+b", buffering=0) as file:
-        for start in range(worker * rows, len(weights), WORKERS * rows):
-            block = room[: min(rows, len(weights) - start)]
-            for tile in range(0, size, TILE):
-                here = slice(tile, tile + TILE)
-                share = weights[start : start + rows]
-                np.matmul(share, parts[:, here], out=block[:, here])
-            file.seek(PC2_HEAD.itemsize + 4 * start * size)
-            _write_all(file, block)
+        for first, begin in tiles[worker::WORKERS]:
+            frames, numbers = weights[first : first + BLOCK], parts[:, begin : begin + TILE]
+            shape = len(frames), numbers.shape[1]
+            tile = np.matmul(frames, numbers, out=room[: shape[0] * shape[1]].reshape(shape))
+            for frame, row in enumerate(tile, start=first):
+                file.seek(PC2_HEAD.itemsize + 4 * (frame * size + begin))
+                _write_all(file, row)
 
 
 def _write_all(file, block: np.ndarray) -> None:
