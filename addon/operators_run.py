@@ -74,8 +74,13 @@ def write_result(obj: bpy.types.Object, folder: Path) -> None:
 
 
 def followed(folder: Path, more: dict) -> dict:
-    """Measured and predicted markers (T, n, 3) m over time; pixels moved in the picture's plane."""
+    """Measured and predicted markers (T, n, 3) m over time, and the shapes' modal masses.
+
+    Pixels are moved in the picture's plane.
+    """
     found = {"marker_time": more["clock"]}
+    if "modal_mass" in more:
+        found["modal_mass"] = more["modal_mass"]
     fields = tomllib.loads((folder / case_folder.CASE).read_text(encoding="utf-8"))
     places = np.array([marker["position"] for marker in fields["marker"]], float)
     flat = more["measured"].shape[2] == 2

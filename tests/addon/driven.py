@@ -22,7 +22,7 @@ shape = np.zeros((len(vertices), 3, 1))
 shape[:, 1, 0] = (vertices[:, 0] - vertices[:, 0].min()) ** 2 * 50
 wave = 0.1 * np.exp(-2 * time_) * np.cos(2 * np.pi * 5 * time_)
 np.savez(folder / "motion.npz", names=np.array(["mode 1: 5 Hz"]), shapes=shape, time=time_,
-    weights=wave[:, None],
+    weights=wave[:, None], modal_mass=np.array([0.7]),
     clock=time_, measured=np.ones((400, 1, 3)), predicted=np.zeros((400, 1, 3)))
 est = lambda x: {"value": x, "ci95": [0.9 * x, 1.1 * x]}
 (folder / "report.json").write_text(json.dumps({

@@ -1,7 +1,10 @@
 """Every operator as the panel calls it, from an empty scene to a baked object."""
 
+import base64
+import io
 import json
 import tomllib
+import zlib
 from pathlib import Path
 
 import bpy
@@ -83,6 +86,13 @@ def test_a_plucked_vertex_starts_where_it_was_pulled_to(bar, fake, tmp_path):
     bpy.context.scene.frame_set(1)
     moved = bar.evaluated_get(bpy.context.evaluated_depsgraph_get()).data.vertices
     assert np.isclose(moved[tip].co.y - bar.data.vertices[tip].co.y, 0.02, rtol=1e-4)
+
+
+def test_the_modal_masses_of_a_calibration_are_kept_for_plucking(bar, fake, tmp_path):
+    prepared(bar, tmp_path)
+    bpy.ops.ringdown.calibrate()
+    data = zlib.decompress(base64.b64decode(bar.ringdown.facts.motion))
+    assert np.load(io.BytesIO(data))["modal_mass"] == [0.7]
 
 
 def test_the_exported_case_holds_the_shape_bit_for_bit_and_its_numbers(bar, fake, tmp_path):

@@ -151,6 +151,7 @@ def open_tab():
     mouse(*MIDDLE)
     key("N")
     yield 0.5
+    yield from still("Blender's own tab redrawn, idle")
     bar = region("UI")
     for y in range(bar.y + bar.height - 20, bar.y, -20):
         if region("UI").active_panel_category == "Ringdown":
@@ -176,7 +177,7 @@ def story():
     shot("1_tab")
     yield from build()
     yield from place()
-    yield from still()
+    yield from still("ours redrawn, idle")
     yield from cancel()
     yield from calibrate()
     yield from picture()
@@ -211,14 +212,14 @@ def place():
     assert (Vector(settings().points[0].position) - before).length < 1e-6, "undo left the point"
 
 
-def still():
+def still(what):
     """The same window with its sidebar drawn as often, and nothing to do: what the machine can."""
     yield 1.0
     listen()
     for _ in range(20):
         region("UI").tag_redraw()
         yield 0.1
-    paused("idle, the sidebar redrawn")
+    paused(f"with {what}")
 
 
 def cancel():
