@@ -1,17 +1,20 @@
 """What all panels of the tab have in common. Nothing is worked out in them, only shown."""
 
+import blf
 import bpy
 
 from . import ready, words
 
+MARGIN, ICON = 60, 22  # px at scale 1: what a panel leaves free beside a label; an icon
 
-def say(layout, text: str, icon: str = "NONE", width: int = 0) -> None:
+
+def say(layout, text: str, icon: str = "NONE") -> None:
     """Text in as many lines as the sidebar needs, the icon before the first."""
     column = layout.column(align=True)
-    width = width or max(
-        20, int(bpy.context.region.width / (6.5 * scale())) - (6 if icon != "NONE" else 4)
-    )
-    for k, line in enumerate(words.wrapped(text, width)):
+    room = bpy.context.region.width - scale() * (MARGIN + (ICON if icon != "NONE" else 0))
+    blf.size(0, bpy.context.preferences.ui_styles[0].widget.points * scale())
+    lines = words.wrapped(text, room, lambda line: blf.dimensions(0, line)[0])
+    for k, line in enumerate(lines):
         column.label(text=line, icon=icon if k == 0 else ("BLANK1" if icon != "NONE" else "NONE"))
 
 

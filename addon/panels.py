@@ -55,7 +55,7 @@ class RINGDOWN_PT_object(SubStep, bpy.types.Panel):
         fact(column, "Volume", units.to_string(system, "VOLUME", facts.volume, precision=3))
         fact(column, "Mass", units.to_string(system, "MASS", mass, precision=3))
         if max(facts.size) >= LARGE:
-            needs(layout, "Is it truly so large? Scale it to its true size")
+            needs(layout, "So large? Scale it to its true size")
         if not facts.closed:
             say(layout, "The mesh is not closed: the volume is that of its tetrahedra", "INFO")
 
@@ -194,7 +194,7 @@ class RINGDOWN_PT_recording(SubStep, bpy.types.Panel):
                 layout.prop(recording, "view")
             if recording.scale == "LENGTH":
                 layout.prop(recording, "length")
-                layout.prop(recording, "length_px")
+                layout.prop(recording, "length_px", text="Seen As (px)")
         column = layout.column(heading="Own Weight")
         column.prop(recording, "gravity")
         if recording.gravity:

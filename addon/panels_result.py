@@ -100,8 +100,11 @@ class RINGDOWN_PT_bake(SubStep, bpy.types.Panel):
         layout.prop(bake, "motion", expand=True)
         if bake.motion == "PLUCKED":
             row = layout.row(align=True)
-            row.prop(bake, "vertex")
-            row.operator("ringdown.pluck", text="", icon="EYEDROPPER")
+            if bake.vertex < 0:
+                row.operator("ringdown.pluck", icon="EYEDROPPER")
+            else:
+                row.prop(bake, "vertex")
+                row.operator("ringdown.pluck", text="", icon="EYEDROPPER")
             layout.prop(bake, "pull")
             if (
                 obj.ringdown.facts.report

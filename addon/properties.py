@@ -124,7 +124,7 @@ class RINGDOWN_PG_recording(bpy.types.PropertyGroup):
         description="The scene's gravity bends the object and stiffens or softens it",
     )
     unloaded: BoolProperty(
-        name="Shape Is Without Sag",
+        name="Mesh Has No Sag",
         description="The mesh is the shape free of its weight; off: as it hangs at rest",
     )
     case_file: StringProperty(

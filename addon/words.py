@@ -83,11 +83,11 @@ def numbers(found: dict) -> list[tuple[str, str]]:
     return rows
 
 
-def wrapped(text: str, width: int) -> list[str]:
-    """Lines of at most `width` characters, broken between words."""
+def wrapped(text: str, width: float, measure=len) -> list[str]:
+    """Lines of at most `width`, in characters or as measured, broken between words."""
     lines, line = [], ""
     for word in text.split():
-        if line and len(line) + 1 + len(word) > width:
+        if line and measure(f"{line} {word}") > width:
             lines.append(line)
             line = word
         else:
