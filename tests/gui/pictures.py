@@ -52,6 +52,9 @@ def story():
     for name in ("cage", "result"):
         corner = middle[0] - wide // 2, middle[1] - high // 2 + LOWER
         crop(f"raw_{name}", name, (wide, high, *corner))
+    for name, size in (("panel", "100%"), ("cage", "66%"), ("result", "66%")):
+        path = STAGE / f"{name}.png"
+        os.system(f"convert {path} +repage -resize {size} -colors 200 {path}")  # a page loads it
 
 
 def columns():
