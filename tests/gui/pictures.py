@@ -54,7 +54,9 @@ def story():
         crop(f"raw_{name}", name, (wide, high, *corner))
     for name, size in (("panel", "100%"), ("cage", "66%"), ("result", "66%")):
         path = STAGE / f"{name}.png"
-        os.system(f"convert {path} +repage -resize {size} -colors 200 {path}")  # a page loads it
+        os.system(
+            f"convert {path} +repage -resize {size} +dither -colors 255 {path}"
+        )  # a page loads it
 
 
 def columns():
