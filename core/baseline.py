@@ -56,12 +56,15 @@ def build_law(
     fitted = [i for i, t in enumerate(takes) if not t.take.held_out]
     pitch = condition if pitch is None else pitch
     starts, conditions = [], max(pitch[i] for i in fitted) + 1
+    gauges = _gauges(rings, [(takes[i], condition[i]) for i in fitted], weights)
     block = [None] * conditions
     for ring, index in zip(rings, fitted, strict=True):
         z = np.clip(ring.damping_ratio, 1e-4, 0.85)
         if block[pitch[index]] is None:
             block[pitch[index]] = np.r_[np.log(ring.frequency), z]
-        at = (ring.amplitude @ weights.T).diagonal()  # complex, m at each mode's reference
+        at = (
+            ring.amplitude @ gauges[condition[index]].T
+        ).diagonal()  # complex, m at the references
         pole = -z + 1j * np.sqrt(1 - z**2)
         starts.append(np.concatenate([at.real, (at * pole).real]))
     sizes = [np.hypot(s[: len(weights)], s[len(weights) :]) for s in starts]
@@ -83,8 +86,24 @@ def build_law(
         reference=weights,
         duration=float(max(takes[i].time[takes[i].fit][-1] for i in fitted)),
     )
-    law = Law(takes, condition, pitch, weights, setting)
+    law = Law(takes, condition, pitch, weights, setting, gauges=gauges)
     return law, np.concatenate([*block, *starts])
+
+
+def _gauges(rings, fitted, weights: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Per condition (K, C): the first mode's reference is the same in all, the others' their own.
+
+    With a load on the body a mode may stand still where it moved most before.
+    """
+    out = {}
+    for ring, (data, condition) in zip(rings, fitted, strict=True):
+        if condition in out:
+            continue
+        shapes, _ = real_shapes(ring.amplitude)
+        shapes[:, data.support] = 0
+        own = np.array([reference_weights(s, data) for s in shapes])
+        out[condition] = np.vstack([weights[:1], own[1:]]) if out else weights
+    return tuple(out.get(c, weights) for c in range(max(out) + 1))
 
 
 def with_body(law: Law, shapes: np.ndarray, body, seen: np.ndarray) -> Law:

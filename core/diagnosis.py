@@ -13,11 +13,23 @@ import numpy as np
 from .baseline import real_shapes
 from .damping import find_damping
 from .data import poles
+from .effects.sudden_change import FOIL
 from .harmonic_inversion import invert
 from .law import TimeFit
 from .match import mac
 from .residual import misfit, nrmse
-from .time_layer import EVIDENCE, MATERIAL, NEARLY, Candidate, excess, judge, pairs, singles
+from .time_layer import (
+    EVIDENCE,
+    MATERIAL,
+    NEARLY,
+    Candidate,
+    excess,
+    judge,
+    pairs,
+    race,
+    singles,
+)
+from .timefit import screen
 
 ENOUGH = 0.80  # share of the excess that one effect must take to be the explanation
 ENOUGH_HELD = 0.70  # the same on held-out samples
@@ -25,6 +37,9 @@ ENOUGH_BOTH = 0.88  # for two effects, which have more freedom
 WEAK = 0.05  # of the motion, rms: more than that is no forgotten weak mode
 SECOND_SIZE = 0.25  # of the declared fit's excess, rms, that a second effect must take
 SECOND = 0.6  # share of what the first leaves that a second must take
+APART = 0.03  # of its pitch that a further mode keeps from those known and their overtones
+RIVALS = 3  # single effects of which a second one is sought
+HALF = 0.5  # of what the best effect leaves is what a sudden change may leave to be the cause
 QUIET = 1.1  # misfit per sample below which there is nothing to look for
 NOISY = 1.3  # misfit per sample above which noise alone is no explanation
 
@@ -75,7 +90,9 @@ def _diagnose(declared: TimeFit) -> Verdict:
         return Verdict("adequate", chain, (), (), ranked, minor)
     strong = [c for c in strong if gained(declared, c.found) >= MATERIAL]
     if strong and sufficient(strong[0], ENOUGH):
-        return _add_second(chain, strong[0], ranked, over)
+        if _broken(declared, strong[0]):
+            return Verdict("unexplained", chain, (), (), ranked, ())
+        return _add_second(chain, strong, ranked, over)
     both = [c for c in pairs(declared, strong) if sufficient(c, ENOUGH_BOTH)]
     if both:
         return _two(chain, both, ranked)
@@ -101,7 +118,14 @@ def more_modes(declared: TimeFit) -> bool:
     ring = invert(time, left, noise=data.sigma[on], max_modes=5)
     shapes, _ = real_shapes(ring.amplitude)
     first = declared.shapes[0, on]
-    own = [k for k, s in enumerate(shapes) if mac(s, first) < 0.7 and ring.damping_ratio[k] < 0.2]
+    known = np.r_[declared.frequency, 2 * declared.frequency[0], 3 * declared.frequency[0]]
+    own = [
+        k
+        for k, s in enumerate(shapes)
+        if mac(s, first) < 0.7
+        and ring.damping_ratio[k] < 0.2
+        and np.abs(np.log(ring.frequency[k] / known)).min() > APART
+    ]
     if not own:
         return False
     phase = np.exp(np.outer(time, poles(ring.frequency[own], ring.damping_ratio[own])))
@@ -120,7 +144,9 @@ def gained(before: TimeFit, after: TimeFit) -> float:
 def sufficient(candidate: Candidate, enough: float) -> bool:
     """Takes nearly all of the excess, where it was fitted and where it was held out."""
     _, count = misfit(candidate.found.law.takes, candidate.found.predicted, False)
-    nearly = candidate.share >= enough or candidate.found.chi2 < NOISY * count
+    nearly = candidate.found.chi2 < NOISY * count
+    if not candidate.found.law.effects[-1].free:  # what is read off the record must take it all
+        nearly |= candidate.share >= enough
     return nearly and not candidate.held_share < ENOUGH_HELD
 
 
@@ -136,23 +162,45 @@ def twins_of(candidate: Candidate, others) -> tuple[str, ...]:
     )
 
 
-def _add_second(chain, first: Candidate, ranked, over: float) -> Verdict:
-    """The single effect, and a second one where what is left is material and one effect's."""
-    strong = [c for c in ranked if c.evidence > EVIDENCE]
-    chain += ((first.names[0], first.found),)
-    effects, twins, minor = (first,), (twins_of(first, strong),), ()
-    left = excess(first.found)
-    if left > MATERIAL and first.found.chi2 > NOISY * first.found.samples:
-        more = [c for c in singles(first.found, first.names, most=4) if c.evidence > EVIDENCE]
-        for c in more[:1]:
-            size = gained(first.found, c.found)
-            if size < max(MATERIAL, SECOND_SIZE * over):
-                minor = ((c.names[-1], size),)
-            elif c.share >= SECOND and not c.held_share < 0.5:
-                chain += ((c.names[-1], c.found),)
-                effects += (c,)
-                twins += (twins_of(c, more),)
+def _add_second(chain, strong: list[Candidate], ranked, over: float) -> Verdict:
+    """The single effect, and a second one where what is left is material and one effect's.
+
+    Where others come near the best single effect, each is tried with a second one: which of them
+    is there may show only beside the right companion.
+    """
+    best, more = strong[0], []
+    if excess(best.found) > MATERIAL and best.found.chi2 > NOISY * best.found.samples:
+        for first in [c for c in strong[:RIVALS] if c.evidence >= NEARLY * best.evidence]:
+            found = [c for c in singles(first.found, first.names, most=4) if c.evidence > EVIDENCE]
+            if found and (not more or _together(first, found) > _together(best, more)):
+                best, more = first, found
+    chain += ((best.names[0], best.found),)
+    effects, twins, minor = (best,), (twins_of(best, strong),), ()
+    for c in more[:1]:
+        size = gained(best.found, c.found)
+        if size < max(MATERIAL, SECOND_SIZE * over):
+            minor = ((c.names[-1], size),)
+        elif c.share >= SECOND and not c.held_share < 0.5:
+            chain += ((c.names[-1], c.found),)
+            effects += (c,)
+            twins += (twins_of(c, more),)
+    if len(effects) == 1 and best is not strong[0]:
+        return _add_second(chain[:1], strong[:1], ranked, over)
     return Verdict("explained", chain, effects, twins, ranked, minor)
+
+
+def _together(first: Candidate, seconds: list[Candidate]) -> float:
+    return first.evidence + seconds[0].evidence
+
+
+def _broken(declared: TimeFit, best: Candidate) -> bool:
+    """Whether one sudden change of stiffness accounts for clearly more than the best effect."""
+    if best.found.chi2 < NOISY * best.found.samples:
+        return False
+    begins = FOIL.starts(declared.law.setting, None)
+    found = race(declared, FOIL, begins, screen(declared, FOIL, begins))
+    rival = judge((FOIL.name,), found, declared)
+    return rival.evidence > best.evidence + EVIDENCE and 1 - rival.share < HALF * (1 - best.share)
 
 
 def _two(chain, both: list[Candidate], ranked) -> Verdict:

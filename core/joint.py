@@ -9,6 +9,7 @@ from .body import Body, build_body
 from .channels import Channels
 from .data import Case, ElasticModel, RingDown, poles, replace
 from .effects.partner import partner
+from .further import with_further
 from .harmonic_inversion import invert
 from .law import Law, TimeFit
 from .listen import listen
@@ -87,6 +88,7 @@ def hear(case: Case, bare: ElasticModel, find_release) -> Heard:
     setting = replace(free.law.setting, paired=has_twin(first.modes, computed))
     free = replace(free, law=replace(free.law, setting=setting))
     free = _with_partners(free, turning(first.modes, computed))
+    free = with_further(free, first, body)
     declared, damping = free, damping_law(case.declared)
     if damping != "free":
         declared = fit(replace(free.law, damping=damping), free.parameters, evaluations=40)

@@ -22,6 +22,11 @@ class Law:
     damping: str = "free"  # "free" | "common" | "none"
     effects: tuple[Effect, ...] = ()
     turning: tuple[int, ...] = ()  # modes of a degenerate pair, whose motion may be an ellipse
+    gauges: tuple[np.ndarray, ...] = ()  # the reference of every condition, where there are more
+
+    def gauge(self, condition: int) -> np.ndarray:
+        """(K, C) weights that keep a condition's shapes at one."""
+        return self.gauges[condition] if self.gauges else self.reference
 
     @property
     def modes(self) -> int:

@@ -170,6 +170,14 @@ def suspects(ground: Ground, names) -> list[Suspect]:
 
 
 def _fit(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
+    found = _best(effect, family, ground)
+    while found is not None and family.nearer is not None:
+        family = family.nearer(found.theta)
+        found = _best(effect, family, ground) or found
+    return found
+
+
+def _best(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
     look = _looker(effect, family, ground)
     costs = np.array([look(theta)[1] for theta in family.grid])
     if not np.isfinite(costs).any():

@@ -33,10 +33,11 @@ def swing(omega, zeta, start, time, forces: list, setting: Setting):
     kick = push.kick(u, v, 0.0, 0.0)
     path[0] = u, v, kick
     for i in range(count):
-        v = v + half * kick
+        v = np.clip(v + half * kick, -rush, rush)
         u, v = flow[0] * u + flow[1] * v, flow[2] * u + flow[3] * v
         u, v = np.clip(u, -limit, limit), np.clip(v, -rush, rush)
-        kick = push.kick(u, v + half * kick, (i + 1) * step, step)
+        kick = push.kick(u, np.clip(v + half * kick, -rush, rush), (i + 1) * step, step)
+        kick = np.clip(kick, -rush / step, rush / step)
         v = v + half * kick
         path[i + 1] = u, v, kick
     place = np.minimum((time / step).astype(int), count)

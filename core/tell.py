@@ -1,5 +1,7 @@
 """Everything that was found, as the report of the contract."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from .advice import advise
@@ -98,24 +100,24 @@ def parameters(found: TimeFit, index: int) -> dict:
     effect, theta = law.effects[index], found.theta[index][0]
     if effect.report is None:
         return {}
-    shape = found.column_shapes()[index]
+    shape, setting = found.column_shapes()[index], replace(law.setting, pose=_pose(found))
     a, b, _ = law.sizes()
     at = a + b + sum(len(t[0]) for t in found.theta[:index])
     block = found.covariance[at : at + len(theta), at : at + len(theta)] * inflation(found)
-    value = effect.report(theta, law.setting, shape)
+    value = effect.report(theta, setting, shape)
     steps = 1e-4 * (1 + np.abs(theta))
     slopes = {name: np.zeros(len(theta)) for name in value}
     for i, step in enumerate(steps[: len(effect.low)]):
         moved = theta.copy()
         moved[i] += step
-        for name, other in effect.report(moved, law.setting, shape).items():
+        for name, other in effect.report(moved, setting, shape).items():
             if isinstance(other, float | np.floating):
                 slopes[name][i] = (other - value[name]) / step
     doubt = _strength_doubt(found, index, shape)
     if doubt > 0:  # the shapes' sizes are uncertain too: one more column, independent of theta
         block = np.pad(block, ((0, 1), (0, 1)))
         block[-1, -1] = doubt**2
-        moved = effect.report(theta, law.setting, shape * (1 + 1e-4))
+        moved = effect.report(theta, setting, shape * (1 + 1e-4))
         slopes = {
             name: np.r_[slope, (moved[name] - value[name]) / 1e-4]
             for name, slope in slopes.items()
@@ -127,6 +129,18 @@ def parameters(found: TimeFit, index: int) -> dict:
         for name, one in value.items()
         if not (isinstance(one, float | np.floating) and not np.isfinite(one))
     }
+
+
+def _pose(found: TimeFit) -> np.ndarray:
+    """(C,) where the swinging part of the first fitted take begins."""
+    pose = found.motions[0][0] @ found.shapes
+    law = found.law
+    start = np.zeros((1, 1))
+    for effect, theta, shape in zip(law.effects, found.theta, found.column_shapes(), strict=True):
+        if effect.layer in ("pair", "mode"):
+            value = effect.columns(theta, law.setting, start, found.motions[0][None, :1])
+            pose = pose + shape @ value[0, 0]
+    return pose
 
 
 def _strength_doubt(found: TimeFit, index: int, shape: np.ndarray) -> float:

@@ -81,8 +81,8 @@ def proposals(start: TimeFit) -> list[Effect]:
     residual = data.values - start.predicted[law.fitted[0]]
     if len(np.unique(data.marker[~data.support])) >= 3:
         out += tracker_drift.propose(data, residual)
-    if np.isfinite(residual).all(axis=1).sum() > 12:
-        out += _jumps(start, data, residual)
+    if len(law.fitted) == 1 and np.isfinite(residual).all(axis=1).sum() > 12:
+        out += _jumps(start, data)
     if _common_is_possible(start, data):
         shared = tuple(
             base_motion.common_motion(t, t.values - p) if p is not None else 0 * t.values
@@ -98,18 +98,40 @@ def proposals(start: TimeFit) -> list[Effect]:
     ]
 
 
-def _jumps(start: TimeFit, data, residual):
-    """One effect a count of jumps, each found in what the last one leaves."""
-    jumps, out, found, left = (), [], start, residual
-    for _ in range(lost_frames.MOST):
-        guess = found.predicted[start.law.fitted[0]]
-        at = lost_frames.next_jump(data, left, np.gradient(guess, data.time, axis=0))
-        jumps += (at,)
-        out.append(lost_frames.lost(jumps, data.frame))
-        law, p = extend(start, (out[-1],), [()])
-        found = fit(law, p, evaluations=4)
-        left = data.values - found.predicted[start.law.fitted[0]]
-    return out
+def _jumps(start: TimeFit, data) -> list[Effect]:
+    """The one effect whose jumps, all whole frames, the residual shows, if it shows any."""
+    jumps, found = (), start
+    for _ in range(3):
+        seen = _sight(found, data)
+        more = [(when, round(g) * data.frame) for when, g in lost_frames.next_jumps(seen)]
+        if not any(gain for _, gain in more):
+            break
+        jumps = lost_frames.gathered(jumps, more)
+        found = _with_jumps(start, jumps, data)
+    for at in range(len(jumps)):
+        for shift in (-2, -1, 1, 2):
+            moved = [*jumps]
+            moved[at] = (jumps[at][0] + shift * data.frame, jumps[at][1])
+            trial = _with_jumps(start, tuple(moved), data, evaluations=2)
+            if trial.chi2 < found.chi2:
+                jumps, found = tuple(moved), trial
+                break
+    if not jumps or not _sight(found, data).are_whole(jumps):
+        return []
+    return [lost_frames.lost(jumps, data.frame)]
+
+
+def _with_jumps(start: TimeFit, jumps, data, evaluations: int = 6) -> TimeFit:
+    law, p = extend(start, (lost_frames.lost(jumps, data.frame),), [()])
+    return fit(law, p, evaluations=evaluations)
+
+
+def _sight(found: TimeFit, data) -> lost_frames.Sight:
+    index = found.law.fitted[0]
+    u, s = found.motions[0], data.time[:, None] / data.time[-1]
+    v = np.gradient(u, data.time, axis=0) / found.law.setting.omega
+    basis = np.hstack([u, v, s * u, s * v, np.ones((len(u), 1))])
+    return lost_frames.Sight(data, found.predicted[index], basis)
 
 
 def _common_is_possible(start: TimeFit, data) -> bool:
@@ -149,7 +171,7 @@ def _entries(start: TimeFit):
 
 
 def singles(
-    start: TimeFit, before: tuple[str, ...] = (), against: TimeFit | None = None, most: int = 7
+    start: TimeFit, before: tuple[str, ...] = (), against: TimeFit | None = None, most: int = 10
 ) -> list[Candidate]:
     """The best candidate of every name that a score test promises something, best first."""
     best, names = {}, set()

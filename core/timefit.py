@@ -132,9 +132,9 @@ def _residuals(law: Law, P: np.ndarray, horizon: float = 1.0) -> np.ndarray:
     K = law.modes
     for c in range(law.conditions):
         own = coefficients[:, :, c * law.own : (c + 1) * law.own]
-        out.append(PIN * (1 - np.einsum("kc,bck->bk", law.reference, own[:, :, :K])))
+        out.append(PIN * (1 - np.einsum("kc,bck->bk", law.gauge(c), own[:, :, :K])))
         if law.turning:
-            across = law.reference[list(law.turning)]
+            across = law.gauge(c)[list(law.turning)]
             out.append(PIN * np.einsum("kc,bck->bk", across, own[:, :, K:]))
     return np.nan_to_num(np.clip(np.concatenate(out, axis=1), -WILD, WILD), nan=WILD)
 
@@ -160,10 +160,27 @@ def _steps(law: Law) -> np.ndarray:
 def fit(law: Law, start: np.ndarray, horizons=(1.0,), evaluations: int = 10) -> TimeFit:
     """Least squares from `start` (p,), over growing shares of the fitted part."""
     low, high = _bounds(law)
-    p = np.clip(start, low + 1e-12, high - 1e-12)
+    p = np.clip(_gauged(law, start), low + 1e-12, high - 1e-12)
     for horizon in horizons:
         p, jacobian = _descend(law, p, (low, high), horizon, evaluations)
     return conclude(law, p, jacobian)
+
+
+def _gauged(law: Law, p: np.ndarray) -> np.ndarray:
+    """p with every start scaled so that its shape is one at the reference again.
+
+    A new effect turns shapes; the scale follows at once here, and only slowly in the search.
+    """
+    coefficients = _solve(law, p[None])[0][0]
+    a, _, _ = law.sizes()
+    p = p.copy()
+    for take, index in enumerate(law.fitted):
+        at = law.own * law.condition[index]
+        own = coefficients[:, at : at + law.modes]
+        scale = np.einsum("kc,ck->k", law.gauge(law.condition[index]), own)
+        scale = np.where((scale > 0.01) & (scale < 100), scale, 1.0)
+        p[a + 2 * law.modes * take :][: 2 * law.modes] *= np.tile(scale, 2)
+    return p
 
 
 def _look(law: Law, x: np.ndarray, high: np.ndarray, horizon: float):

@@ -10,11 +10,14 @@ import numpy as np
 
 from ..data import Load
 from ..eigen import factorize
-from ..elasticity import add_loads, point_operator
+from ..elasticity import add_loads, point_operator, surface_quadrature
 from .base import Effect, Family, Parameter, reduced_basis
 
 PLACES = 40  # on the surface, far apart
 RESPONSES = 10  # of them whose local give is in the basis
+NEAR = 24  # places around the best one, where it is looked for again
+GIVING = 8  # of them whose local give is in the basis
+DEPTH = 2  # times that the search closes in
 HEAVIEST = 5.0  # times the body's own mass
 
 
@@ -25,28 +28,31 @@ def change_model(model, theta):
 
 def family(body, solve):
     """Masses at places over the surface; theta = (place, log of mass over the body's)."""
-    model = body.model
     places = _spread(body.case.surface.vertices, PLACES)
-    operator = point_operator(model, places)
-    free = model.free
-    factor = factorize(model.stiffness[free][:, free])
-    pushes = operator[: 3 * RESPONSES][:, free].T.toarray()
+    sizes = np.log(np.geomspace(2e-3, 2.0, 8))
+    return _family(body, solve, (places, sizes, places[:RESPONSES], ()))
+
+
+def _family(body, solve, search, depth: int = 0):
+    """`search`: places (n, 3), logs of masses, places whose give is in the basis, more modes."""
+    model = body.model
+    places, sizes, giving, more = search
+    factor = factorize(model.stiffness[model.free][:, model.free])
+    pushes = point_operator(model, giving)[:, model.free].T.toarray()
     static = np.zeros((3 * len(model.points), pushes.shape[1]))
-    static[free] = factor.solve(pushes)
+    static[model.free] = factor.solve(pushes)
     modes = body.modes.shapes.reshape(-1, body.modes.shapes.shape[2])
     alive = np.linalg.norm(static, axis=0) > 0
-    basis = reduced_basis([modes, static[:, alive]], model.mass)
+    basis = reduced_basis([modes, static[:, alive], *more], model.mass)
     K = basis.T @ (model.stiffness @ basis)
     M = np.eye(basis.shape[1])
+    operator = point_operator(model, places)
     at = (operator @ basis).reshape(len(places), 3, -1)
     own = body.bare.mesh.volume * body.bare.material.density
 
     def matrices(theta):
         N = at[int(theta[0])]
         return K, M + own * np.exp(theta[1]) * N.T @ N
-
-    sizes = np.log(np.geomspace(2e-3, 2.0, 8))
-    grid = np.array([(i, s) for i in range(len(places)) for s in sizes])
 
     def report(theta, youngs_modulus):
         return {"mass": own * np.exp(theta[1]), "position": places[int(theta[0])].tolist()}
@@ -55,8 +61,24 @@ def family(body, solve):
         i = 3 * int(theta[0])
         return own * np.exp(theta[1]) * (operator[i : i + 3].T @ gravity)
 
+    def nearer(theta):
+        """Places around the best one, with what the body gives there in the basis."""
+        centre, mass = places[int(theta[0])], theta[1]
+        vertices = body.case.surface.vertices
+        gap = np.linalg.norm(vertices - centre, axis=1)
+        reach = 2.0 * np.sqrt(surface_quadrature(model)[2].sum() / PLACES) / 2**depth
+        around = _spread(vertices[gap <= reach], NEAR) if (gap <= reach).any() else centre[None]
+        around = np.vstack([centre, around])
+        heavy = solve(change_model(model, (own * np.exp(mass), *centre)), len(modes.T))
+        found = (around, mass + np.linspace(-0.5, 0.5, 5) / 2**depth, around[:GIVING], (heavy,))
+        return _family(body, solve, found, depth + 1)
+
+    grid = np.array([(i, s) for i in range(len(places)) for s in sizes])
     low, high = np.array([0, np.log(1e-4)]), np.array([len(places) - 1, np.log(HEAVIEST)])
-    return Family(basis, matrices, grid, low, high, report, weight, frozen=1, unknowns=3)
+    return Family(
+        basis, matrices, grid, low, high, report, weight, frozen=1, unknowns=3,
+        nearer=nearer if depth < DEPTH else None,
+    )  # fmt: skip
 
 
 def _spread(vertices: np.ndarray, count: int) -> np.ndarray:

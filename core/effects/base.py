@@ -42,6 +42,7 @@ class Setting:
     reference: np.ndarray  # (K, C) reference_k . shape = m at the reference
     participation: float = 1.0  # m of the reference per m that the support moves in mode 1
     towards: np.ndarray | None = None  # (C,) seen motion times motion towards the camera, per m2
+    pose: np.ndarray | None = None  # (C,) what swings, at the release; known once it is fitted
     paired: bool = True  # the first mode has a degenerate partner that was not matched
 
     def lever(self, couples: np.ndarray) -> float:
@@ -128,6 +129,7 @@ class Family:
     weight: Callable | None = None  # (theta, gravity) -> (3P,) N beside the body's own
     frozen: int = 0  # leading entries of theta that are choices, not numbers
     unknowns: int = 1
+    nearer: Callable | None = None  # theta -> a Family that looks closer round it
 
 
 def reduced_basis(parts: list[np.ndarray], mass) -> np.ndarray:

@@ -3,14 +3,18 @@
 Law         t <- t + sum_j n_j T [t >= t_j], n_j whole frames
 Tells       a common step in the phases of all modes and markers at one instant
 Looks like  tracker_drift when one marker moves much more than the others
-Source      the format's own time stamps, where a container keeps them
+Cannot      be predicted: the jumps of the held-out part are read off that part, as time stamps are
+Source      Pati, Rezaiifar, Krishnaprasad, Asilomar 1993: the orthogonal pursuit of the jumps
 """
 
 import numpy as np
 
 from .base import Effect, Parameter
 
-MOST = 4  # jumps that are looked for; a recording with more is not worth mending
+MOST = 6  # jumps that are looked for; a recording with more is not worth mending
+SURE = 30.0  # least gain in chi2 of one more jump
+EDGE = 4  # samples at either end that cannot tell
+WHOLE = 0.3  # frames by which what is left of a jump may differ from none
 
 
 def lost(jumps: tuple[tuple[float, float], ...], frame: float) -> Effect:
@@ -27,25 +31,70 @@ def lost(jumps: tuple[tuple[float, float], ...], frame: float) -> Effect:
         settle="export the clip with its time stamps, or film a running clock",
         starts=lambda setting, residual: [()],
         clock=clock,
+        free=2 * len(jumps),
         report=lambda theta, setting, shape: {
             "frames": round(sum(abs(gain) for _, gain in jumps) / frame)
         },
     )
 
 
-def next_jump(data, residual: np.ndarray, speed: np.ndarray) -> tuple[float, float] | None:
-    """The instant and the whole number of frames (in s) whose jump takes most of the residual.
+def gathered(jumps, more) -> tuple[tuple[float, float], ...]:
+    """Both lists of jumps as one, those at the same instant added up."""
+    total = {}
+    for when, gain in (*jumps, *more):
+        total[when] = total.get(when, 0.0) + gain
+    return tuple((when, gain) for when, gain in sorted(total.items()) if abs(gain) > 1e-9)
 
-    `residual`, `speed` (T, C): a jump by g adds g y'(t) to all later samples.
+
+def next_jumps(seen: "Sight") -> list[tuple[float, float]]:
+    """Instants (s) and lengths (frames, not yet whole) of the jumps that a residual shows."""
+    chosen, gains, left = [], np.zeros(0), seen.residual
+    while len(chosen) < MOST:
+        score = np.cumsum((left * seen.step).sum(axis=1)[::-1])[::-1] ** 2
+        score = np.where(
+            seen.power > 1e-6 * seen.power.max(), score / np.maximum(seen.power, 1e-300), 0
+        )
+        score[:EDGE] = score[-EDGE:] = 0
+        at = int(np.argmax(score))
+        if score[at] < SURE or at in chosen:
+            break
+        chosen.append(at)
+        gains, left = seen.gains(chosen)
+    return [(float(seen.time[at]), g) for at, g in zip(chosen, gains, strict=True)]
+
+
+class Sight:
+    """A residual (T, C) beside what a jump by one frame would do to it, in noise units.
+
+    A jump by g adds g y'(t) to all later samples; what `basis` (T, b) can take up, a channel at a
+    time, tells nothing and is taken off.
     """
-    use = data.fit & ~np.isnan(residual).any(axis=1)
-    r, s = residual[use] / data.sigma, speed[use] / data.sigma
-    late_rs = np.cumsum((r * s).sum(axis=1)[::-1])[::-1]
-    late_ss = np.cumsum((s * s).sum(axis=1)[::-1])[::-1] + 1e-300
-    gain = late_rs**2 / late_ss
-    gain[:3] = gain[-3:] = 0
-    at = int(np.argmax(gain))
-    frames = np.round(late_rs[at] / late_ss[at] / data.frame)
-    if frames == 0:
-        frames = np.sign(late_rs[at])
-    return float(data.time[use][at]) - data.frame / 2, float(frames * data.frame)
+
+    def __init__(self, data, predicted: np.ndarray, basis: np.ndarray):
+        residual = data.values - predicted
+        use = ~np.isnan(residual).any(axis=1)
+        speed = np.gradient(predicted, data.time, axis=0)
+        self.time = data.time[use] - data.frame / 2
+        self.step = speed[use] / data.sigma * data.frame
+        self.q, _ = np.linalg.qr(basis[use])
+        self.residual = residual[use] / data.sigma
+        self.residual = self.residual - self.q @ (self.q.T @ self.residual)
+        late = np.cumsum((self.q[:, :, None] * self.step[:, None])[::-1], axis=0)[::-1]
+        whole = np.cumsum((self.step**2).sum(axis=1)[::-1])[::-1]
+        self.power = whole - (late**2).sum(axis=(1, 2))  # of a jump at every instant
+
+    def gains(self, places: list[int]) -> tuple[np.ndarray, np.ndarray]:
+        """Frames (j,) of jumps at these samples, and the residual (T, C) without them."""
+        after = np.arange(len(self.time))[:, None] >= places
+        steps = after[:, :, None] * self.step[:, None]  # (T, j, C)
+        inner = np.einsum("tb,tjc->bjc", self.q, steps)
+        steps = steps - np.einsum("tb,bjc->tjc", self.q, inner)
+        columns = np.moveaxis(steps, 1, 2).reshape(-1, len(places))
+        y = self.residual.ravel()
+        gains, *_ = np.linalg.lstsq(columns, y, rcond=None)
+        return gains, (y - columns @ gains).reshape(self.residual.shape)
+
+    def are_whole(self, jumps) -> bool:
+        """Whether nothing but whole frames is left of these jumps."""
+        places = [int(np.argmin(np.abs(self.time - when))) for when, _ in jumps]
+        return bool((np.abs(self.gains(places)[0]) < WHOLE).all())

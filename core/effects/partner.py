@@ -13,6 +13,13 @@ MOST = 2.5  # times the mode's own damping ratio
 SPREAD = 0.004  # relative: what meshing and an object's making split by
 
 
+def _split(found, k: int) -> str:
+    """The mode's own pitch is fitted along, so only afterwards is it known how far they part."""
+    pitch = found.law.setting.omega[k] * (1 + found.theta[-1][0][0]) / (2 * np.pi)
+    apart = abs(pitch / found.frequency[k] - 1)
+    return "its pitch is another one" if apart > 2 * SPREAD else ""
+
+
 def _runaway(found, k: int) -> str:
     much = MOST * found.damping_ratio[k]
     return "its damping is another motion's" if found.theta[-1][0][1] > much else ""
@@ -41,5 +48,5 @@ def partner(k: int) -> Effect:
             for split, share in ((0.002, 0.8), (-0.002, 1.25))
         ],
         columns=columns,
-        veto=lambda found: companion(found, k) or _runaway(found, k),
+        veto=lambda found: companion(found, k) or _runaway(found, k) or _split(found, k),
     )

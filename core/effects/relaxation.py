@@ -23,9 +23,20 @@ def starts(setting, residual):
     return [(np.log(t),) for t in np.geomspace(0.7 * period, setting.duration, 4)]
 
 
+def veto(found):
+    """Faster than it swings it is damping; slower than the record it is an offset."""
+    time = np.exp(found.theta[-1][0][0])
+    if time > found.law.setting.duration:
+        return "slower than the record"
+    return "it is damping" if time * found.law.setting.omega[0] < 1 else ""
+
+
 def report(theta, setting, shape):
-    """The branch's share of the release and its own time; held long before it was let go."""
-    ratio = abs(setting.reference[0] @ shape[:, 0]) / setting.release
+    """The branch's share of the pose it was let go from, held long before, and its own time.
+
+    The slow return has that pose's shape, all modes in it, r to what swings back at once.
+    """
+    ratio = abs(setting.pose @ shape[:, 0]) / (setting.pose @ setting.pose)
     return {"ratio": ratio, "time": np.exp(theta[0]) / (1 + ratio)}
 
 
@@ -40,9 +51,5 @@ EFFECT = Effect(
     starts=starts,
     columns=columns,
     report=report,
-    veto=lambda found: (
-        "slower than the record"
-        if np.exp(found.theta[-1][0][0]) > found.law.setting.duration
-        else ""
-    ),
+    veto=veto,
 )

@@ -8,7 +8,10 @@ Source      Den Hartog, Mechanical Vibrations (1956), 2.8
 
 import numpy as np
 
-from .base import Effect, Parameter
+from .base import Effect, Parameter, companion
+
+RESONANT = 0.06  # relative distance from the first pitch
+STILL = 1.2  # misfit per sample that a true line at resonance leaves at most
 
 
 def columns(theta, setting, time, u):
@@ -45,6 +48,17 @@ def report(theta, setting, shape):
     return {"frequency": np.exp(theta[0]), "amplitude": response / gain}
 
 
+def veto(found):
+    """A line at the first pitch and in its shape mimics whatever bends the envelope."""
+    setting, frequency = found.law.setting, np.exp(found.theta[-1][0][0])
+    if frequency * setting.duration < 2:
+        return "fewer than two cycles"
+    near = abs(np.log(2 * np.pi * frequency / setting.omega[0])) < RESONANT
+    if near and companion(found, 0) and found.chi2 > STILL * found.samples:
+        return "it goes with the first mode"
+    return ""
+
+
 EFFECT = Effect(
     name="steady_drive",
     layer="time",
@@ -55,10 +69,6 @@ EFFECT = Effect(
     high=(np.log(2e3),),
     starts=starts,
     columns=columns,
-    veto=lambda found: (
-        "fewer than two cycles"
-        if np.exp(found.theta[-1][0][0]) * found.law.setting.duration < 2
-        else ""
-    ),
+    veto=veto,
     report=report,
 )

@@ -13,6 +13,7 @@ from core.simulate import swing
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
 
 FILES = sorted({m.name for m in pkgutil.iter_modules(effects.__path__)} - {"base", "partner"})
+OWN = {"further_mode", "sudden_change"}  # what an effect is weighed beside or against
 NEUTRAL = {
     "large_amplitude": (0.0, 0.0),
     "asymmetric_stiffness": (0.0, 1.5),
@@ -30,7 +31,7 @@ def test_a_file_tells_law_signs_twins_and_source(name):
         assert f"\n{line}" in text, line
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", [name for name in FILES if name not in OWN])
 def test_a_file_bears_a_name_of_the_contract(name):
     assert name in EFFECT_NAMES
 

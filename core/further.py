@@ -1,0 +1,109 @@
+"""Modes of the body that the recording shows beside the matched ones."""
+
+import numpy as np
+
+from .baseline import real_shapes
+from .body import Body
+from .channels import Channels
+from .effects.further_mode import STRAY, further_mode
+from .harmonic_inversion import invert
+from .law import TimeFit
+from .match import HARMONIC, Match, has_twin, mac
+from .timefit import extend, fit
+
+QUIET = 1.1  # misfit per sample below which there is nothing to look for
+APART = 0.03  # relative, from every known pitch
+TWIN = 0.25  # the same from a mode whose degenerate partner was not matched
+SAME = 0.7  # MAC with the strongest mode above which it mimics what acts in time
+LOWEST = 0.9  # of the body's lowest pitch
+ALIKE = (0.3, 3.0)  # damping ratio over that of the known modes
+BODILY = 0.8  # share of its shape within those of the body's low modes
+SPAN = 12  # of them
+EVIDENCE = 20.0  # gain in BIC of each
+ROUNDS = 2
+
+
+def with_further(found: TimeFit, match: Match, body: Body) -> TimeFit:
+    """The fit with those further modes that are the body's own beyond doubt.
+
+    A further mode that stays in the residual hides what acts in time, and no body has as few
+    modes as were matched. What might be an overtone, a combination, a split pair, a steady line
+    or a companion of the strongest mode is left for the effects.
+    """
+    if None in match.modes:
+        return found
+    for _ in range(ROUNDS):
+        if found.chi2 < QUIET * found.samples:
+            break
+        effects = [
+            further_mode(f, z)
+            for take in range(len(found.law.fitted))
+            for f, z in _poles(found, take, match, body)
+        ]
+        if not effects:
+            break
+        wider = _fitted(found, effects)
+        kept = [e for e, theta in zip(effects, wider.theta[-len(effects) :], strict=True)
+                if abs(theta[0][0]) < 0.98 * STRAY and 2e-4 < theta[0][1] < 0.38]  # fmt: skip
+        if kept and len(kept) < len(effects):
+            wider = _fitted(found, kept)
+        price = (wider.unknowns - found.unknowns) * np.log(wider.samples)
+        if not kept or found.chi2 - wider.chi2 < price + EVIDENCE * len(kept):
+            break
+        found = wider
+    return found
+
+
+def _fitted(found: TimeFit, effects: list) -> TimeFit:
+    law, p = extend(found, tuple(effects), [e.starts(None, None)[0] for e in effects])
+    return fit(law, p, evaluations=15)
+
+
+def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[float, float]]:
+    """(Hz, damping ratio) of the poles of what is left of a take that are modes of the body."""
+    law = found.law
+    index = law.fitted[take]
+    data: Channels = law.takes[index]
+    on = ~data.support
+    left = (data.values - found.predicted[index])[data.fit][:, on]
+    if np.isfinite(left).all(axis=1).sum() < 24:
+        return []
+    ring = invert(data.time[data.fit], left, noise=data.sigma[on], max_modes=6)
+    own = _pitches(law, found.parameters, take)
+    scale = own[0] / body.modes.frequency[match.modes[0]]
+    known = list(own)
+    paired = has_twin(match.modes, body.modes.frequency)
+    usual = np.median(found.damping_ratio)
+    q, _ = np.linalg.qr(body.seen(data)[:SPAN, on].T)
+    out = []
+    for f, z, amplitude in zip(ring.frequency, ring.damping_ratio, ring.amplitude, strict=True):
+        shape = real_shapes(amplitude[None])[0][0]
+        bodily = float(((q.T @ shape) ** 2).sum() / (shape @ shape))
+        if (
+            f > LOWEST * scale * body.modes.frequency[0]
+            and ALIKE[0] * usual < z < ALIKE[1] * usual
+            and mac(shape, found.shapes[0, on]) < SAME
+            and bodily > BODILY
+            and _clear(f, known, TWIN if paired else APART)
+        ):
+            out.append((float(f), float(z)))
+            known.append(f)
+    return out
+
+
+def _pitches(law, p: np.ndarray, take: int) -> np.ndarray:
+    """(K,) Hz of the modes in a fitted take."""
+    at = 2 * law.modes * law.pitch[law.fitted[take]]
+    return np.exp(p[at : at + law.modes])
+
+
+def _clear(f: float, known: list, apart: float) -> bool:
+    """Whether a pitch is none of the known ones, nor an overtone or a combination of them."""
+    first = known[0]
+    if abs(np.log(f / first)) < apart or any(abs(np.log(f / k)) < APART for k in known):
+        return False
+    overtones = [n * k for n in (2, 3) for k in known[:2]]
+    sums = [abs(a + sign * b) for a in known[:2] for b in known[:2] for sign in (1, -1) if a != b]
+    return all(abs(f - t) > HARMONIC * f for t in overtones) and all(
+        abs(f - t) > HARMONIC / 2 * f for t in sums
+    )
