@@ -11,7 +11,7 @@ PARALLEL = np.deg2rad(5.0)  # how near `down` may come to `look`
 
 CAMERA_FIELDS = {
     "kind": Field(choice("orthographic", "pinhole"), required=True),
-    "metres_per_pixel": Field(number(above=0, high=1, unit="m")),
+    "metres_per_pixel": Field(number(low=1e-9, high=10, unit="m")),
     "right": Field(vector(3)),
     "down": Field(vector(3), required=True),
     "position": Field(vector(3, unit="m")),

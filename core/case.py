@@ -8,12 +8,13 @@ import numpy as np
 from .camera_fields import make_camera
 from .case_fields import read_table
 from .case_schema import CASE_FIELDS
-from .data import Camera, Case, Load, Marker, Material, Surface, Take
+from .data import Camera, Case, Load, Marker, Material, Surface, Take, replace
 from .errors import CaseError
 from .pins import HAIR, Box, Region, Sphere, held_vertices, vertices_region
-from .surface import closest_point, diagonal, read_surface
+from .surface import bounding_box, closest_point, diagonal, enclosed_volume, is_closed, read_surface
 from .takes import Scene, beside, read_recording
 
+HEAVY = 1000.0  # times the body's own mass: a load beyond it is a mistake of units
 FAR = 0.5  # of the object's diagonal: a place further off the surface is a mistake of units
 
 
@@ -61,12 +62,17 @@ def _make_case(fields: dict, folder: Path, progress) -> Case:
     own = {"load": fields["load"], "gravity": body["gravity"]}
     tables = {"[recording]": fields["recording"] | own}
     tables |= {f"[[take]] {k + 1}": _overlaid(own, take) for k, take in enumerate(fields["take"])}
+    material = Material(body["density"], body["poisson_ratio"])
+    _check_loads(tables, surface, material)
+    takes = tuple(_take(one, where, surface, scene, progress) for where, one in tables.items())
+    if body["shape"] == "unloaded":
+        takes = _warned_of_no_sag(takes)
     return Case(
         name=fields["name"],
         surface=surface,
-        material=Material(body["density"], body["poisson_ratio"]),
+        material=material,
         pinned=pinned,
-        takes=tuple(_take(one, where, surface, scene, progress) for where, one in tables.items()),
+        takes=takes,
         declared=fields["model"]["declared"] if fields["model"] else (),
         claimed_youngs_modulus=body["youngs_modulus"],
         shape=body["shape"],
@@ -142,6 +148,33 @@ def _check_near(surface: Surface, places: dict[str, np.ndarray]) -> None:
                 f"whose diagonal is {size:.3g} m; at most {FAR * size:.3g} m is needed. Give it in "
                 "metres and object axes, and check [object] length_unit."
             )
+
+
+def _check_loads(tables: dict[str, dict], surface: Surface, material: Material) -> None:
+    """Raises CaseError for a load beyond HEAVY times the body's mass (if open: that of its box)."""
+    low, high = bounding_box(surface)
+    volume = enclosed_volume(surface) if is_closed(surface) else float(np.prod(high - low))
+    mass = material.density * volume
+    for where, table in tables.items():
+        for k, one in enumerate(table["load"]):
+            if one["mass"] > HEAVY * mass:
+                raise CaseError(
+                    f"{where} load {k + 1} mass = {one['mass']:g} kg; at most {HEAVY:g} times the "
+                    f"body's {mass:.3g} kg is needed. Give it in kg, and check length_unit."
+                )
+
+
+def _warned_of_no_sag(takes: tuple[Take, ...]) -> tuple[Take, ...]:
+    """The takes, the first without gravity saying that an unloaded shape then does not sag."""
+    for k, take in enumerate(takes):
+        if take.gravity is None:
+            text = (
+                '[object] shape = "unloaded" without gravity: no sag is computed, the shape is '
+                "taken as the one it hangs in. Give gravity to have the sag in the model."
+            )
+            told = replace(take.recording, warnings=(*take.recording.warnings, text))
+            return (*takes[:k], replace(take, recording=told), *takes[k + 1 :])
+    return takes
 
 
 def _check_in_front(camera: Camera | None, markers: tuple[Marker, ...]) -> None:

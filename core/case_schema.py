@@ -40,7 +40,7 @@ OBJECT_FIELDS = {
     "mesh": Field(text(), required=True),
     "length_unit": Field(choice("m", "cm", "mm"), default="m"),
     "density": Field(
-        number(above=0, high=30_000, unit="kg/m3", hint="Weigh the object, divide by its volume."),
+        number(low=1, high=30_000, unit="kg/m3", hint="Weigh the object, divide by its volume."),
         required=True,
     ),
     "poisson_ratio": Field(
@@ -64,7 +64,7 @@ RECORDING_FIELDS = {
     "tracks": Field(text()),
     "video": Field(text()),
     "capture_fps": Field(
-        number(above=0, high=1e7, unit="frames per second", hint="Give the camera's real rate.")
+        number(low=1, high=1e6, unit="frames per second", hint="Give the camera's real rate.")
     ),
     "start": Field(number(unit="s")),
     "stop": Field(number(unit="s")),

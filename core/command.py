@@ -1,13 +1,13 @@
 """The command line, for the shell, for Blender in the background and for Blender's own command."""
 
-import argparse
 import json
 import sys
 import time
 from pathlib import Path
 
 from .bake import save_motion
-from .errors import CaseError, CoreError
+from .errors import CoreError
+from .options import Parser, case_files, check_outputs, check_picture, count, kept_beside, pair
 from .report import write_report
 from .stiffening_study import add_arguments, stiffening_main
 
@@ -16,8 +16,8 @@ WAIT = 1.0  # s of work before progress is shown
 
 def main(arguments: list[str] | None = None) -> int:
     """Run one command. 0: done; 2: refused with one line on standard error; 130: stopped."""
-    options = _parser().parse_args(arguments)
     try:
+        options = _parser().parse_args(arguments)
         options.run(options)
     except CoreError as error:
         print(f"ringdown: {error}".replace("\n", " "), file=sys.stderr)
@@ -28,14 +28,14 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="ringdown", description="Film, calibrate, bake.")
+def _parser() -> Parser:
+    parser = Parser(prog="ringdown", description="Film, calibrate, bake.")
     commands = parser.add_subparsers(required=True, metavar="command")
     one = commands.add_parser("calibrate", help="a case in, a report out")
     one.add_argument("case", type=Path)
     one.add_argument("--out", type=Path, required=True, help="report.json")
-    one.add_argument("--plot", type=Path, help="picture, .png")
-    one.add_argument("--elements", type=_count, help="about how many tetrahedra")
+    one.add_argument("--plot", type=Path, help="picture: .png, .svg, .pdf, ...")
+    one.add_argument("--elements", type=count, help="about how many tetrahedra")
     one.add_argument("--element", choices=("p1", "p1_smoothed", "p2"), default="p2")
     one.add_argument("--motion", type=Path, help="motion for a bake, .npz")
     one.add_argument("--progress-json", action="store_true", help="progress as lines of JSON")
@@ -43,9 +43,9 @@ def _parser() -> argparse.ArgumentParser:
     two = commands.add_parser("ringdown", help="the modes of a video alone")
     two.add_argument("video", type=Path)
     two.add_argument("--capture-fps", type=float, required=True)
-    two.add_argument("--point", action="append", type=_pair, default=[], metavar="U,V")
+    two.add_argument("--point", action="append", type=pair, default=[], metavar="U,V")
     two.add_argument("--out", type=Path, help="ringdown.json")
-    two.add_argument("--plot", type=Path, help="picture, .png")
+    two.add_argument("--plot", type=Path, help="picture: .png, .svg, .pdf, ...")
     two.add_argument("--magnify", type=Path, help="the first mode made visible, .mp4")
     two.set_defaults(run=_ringdown)
     three = commands.add_parser("stiffening", help="how much too stiff each resolution is")
@@ -57,32 +57,20 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _count(text: str) -> int:
-    if not text.isdigit() or not 4 <= int(text) <= 1_000_000:
-        raise argparse.ArgumentTypeError(f"{text}; a whole number of 4 to 1000000 is needed")
-    return int(text)
-
-
-def _pair(text: str) -> tuple[float, float]:
-    try:
-        u, v = (float(part) for part in text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text}; U,V in pixels is needed") from None
-    return u, v
-
-
 def _calibrate(options) -> None:
+    kept = kept_beside(options.out)
+    outputs = {"--out": options.out, "--plot": options.plot, "--motion": options.motion}
+    beside = {"the tetrahedra kept beside --out": kept}
+    check_outputs(outputs | beside, case_files(options.case))
+    check_picture(options.plot)
     from .pipeline import calibrate_case
     from .plot import plot_calibration
 
-    for path in (options.out, options.plot, options.motion):
-        if path is not None and not path.absolute().parent.is_dir():
-            raise CaseError(f"{path}: its folder does not exist. Make it, or name another one.")
     result = calibrate_case(
         options.case,
         elements=options.elements,
         element=options.element,
-        tets=options.out.with_suffix(".npz"),
+        tets=kept,
         progress=_progress(options.progress_json),
     )
     if options.plot:
@@ -140,7 +128,10 @@ def _study(options) -> None:
 
 
 def _ringdown(options) -> None:
-    from .ringdown_command import ringdown_command
+    outputs = {"--out": options.out, "--plot": options.plot, "--magnify": options.magnify}
+    check_outputs(outputs, (options.video,))
+    check_picture(options.plot)
+    from .ringdown_command import ringdown_command  # OpenCV takes its time to import
 
     told = ringdown_command(
         options.video,

@@ -13,7 +13,7 @@ def written_whole(path: str | Path) -> Iterator[Path]:
     """A path beside `path` to write to; renamed to it at the end, removed after any break.
 
     It keeps the suffix, which tells some writers the format. Raises CaseError where the folder is
-    missing or may not be written to.
+    missing or may not be written to, or `path` cannot be replaced.
     """
     path = Path(path)
     draft = path.with_name(f".{os.getpid()}.{path.name}")
@@ -26,6 +26,16 @@ def written_whole(path: str | Path) -> Iterator[Path]:
         ) from error
     try:
         yield draft
-        os.replace(draft, path)
+        _put(draft, path)
     finally:
         draft.unlink(missing_ok=True)
+
+
+def _put(draft: Path, path: Path) -> None:
+    try:
+        os.replace(draft, path)
+    except OSError as error:
+        raise CaseError(
+            f"{path}: cannot be replaced ({error.strerror}). Close what holds it open, or name "
+            "another file."
+        ) from error

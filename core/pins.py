@@ -9,6 +9,7 @@ from .data import Surface, seal
 from .errors import CaseError
 from .surface import bounding_box, closest_point, diagonal
 
+THIN = 1e-4  # of the object's diagonal: what holds less across is a line, or a point
 HAIR = 1e-6  # of the object's diagonal: what rounding of units and of file formats can move
 
 
@@ -113,10 +114,49 @@ def vertices_region(surface: Surface, indices: np.ndarray, where: str) -> Vertic
     return Vertices(indices, Surface(surface.vertices, whole), HAIR * diagonal(surface))
 
 
+def _check_wide(surface: Surface, region: Region, name: str) -> None:
+    """Raises CaseError where what `region` holds of the surface lies on one line or point."""
+    inside = surface.vertices[region.contains(surface.vertices)]
+    if not _spans(inside, surface) and not isinstance(region, Vertices):
+        inside = np.concatenate([inside, _places_held(surface, region)])
+    if _spans(inside, surface):
+        return
+    single = len(inside) < 2 or np.ptp(inside, axis=0).max() < THIN * diagonal(surface)
+    what = "a single place" if single else "one line"
+    raise CaseError(
+        f"{name} holds {what} of the surface only; three vertices that are not on one line, or "
+        "a patch of it, are needed. Make the region larger."
+    )
+
+
+def _spans(points: np.ndarray, surface: Surface) -> bool:
+    """Whether `points` (n, 3) m are off one line by more than THIN of the surface's diagonal."""
+    if len(points) < 3:
+        return False
+    extent = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(extent[1] > THIN * diagonal(surface))
+
+
+def _places_held(surface: Surface, region: Box | Sphere) -> np.ndarray:
+    """(n, 3) m, places of the surface within `region`: on a grid, and nearest to its inside."""
+    low, high = bounding_box(surface)
+    if isinstance(region, Sphere):
+        low = np.maximum(low, region.centre - region.radius)
+        high = np.minimum(high, region.centre + region.radius)
+    else:
+        low, high = np.maximum(low, region.min), np.minimum(high, region.max)
+    steps = np.linspace(0, 1, 7)
+    grid = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
+    near = closest_point(surface, low + grid * (high - low))[0]
+    points = np.concatenate([near, spread(surface).reshape(-1, 3)])
+    return points[region.contains(points)]
+
+
 def held_vertices(surface: Surface, regions: tuple[Region, ...]) -> np.ndarray:
     """(V,) bool: vertices of the surface within any region.
 
-    Raises CaseError when a region meets no part of the surface, or all of it is held. A box that
+    Raises CaseError when a region meets no part of the surface, or only a line or a point of it
+    (which holds a solid the less, the finer its mesh), or all of it is held. A box that
     cuts a large triangle between its corners holds something, though no vertex.
     """
     for k, region in enumerate(regions):
@@ -127,6 +167,7 @@ def held_vertices(surface: Surface, regions: tuple[Region, ...]) -> np.ndarray:
                 f"reaches from {_place(low)} to {_place(high)} m. Move the region, or check "
                 "length_unit."
             )
+        _check_wide(surface, region, f"[[pin]] {k + 1}")
     held = np.zeros(len(surface.vertices), bool)
     covered = np.zeros(len(surface.faces), bool)
     points = spread(surface)  # (F, w, 3)

@@ -22,7 +22,7 @@ from .ringdown import find_release
 from .signatures import budget
 from .stiffening import converged_eigenvalues, stiffening
 from .tell import inflation, told_diagnosis, told_error, told_modes, told_modulus
-from .tets import kept_or_cut
+from .tets import kept_or_cut, key, save_tets
 
 ELEMENTS = 1500  # tetrahedra, where none are asked for
 ELEMENT = "p2"
@@ -83,6 +83,8 @@ def calibrate_case(
     final = verdict.final
     data = final.law.takes[final.law.fitted[0]]
     d = data.take.recording.values.shape[2]
+    if tets is not None:  # not before: what is refused leaves nothing behind
+        save_tets(tets, mesh, key(case.surface, elements or ELEMENTS), warnings)
     modulus = report["youngs_modulus"]["apparent"]["value"]
     say(1.0, "Done")
     return Result(

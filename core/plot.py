@@ -11,10 +11,10 @@ INK, BLUE, RED, GREY, GREEN = "#222222", "#2563a8", "#c2452d", "#9a9a9a", "#3b8a
 
 
 def plot_calibration(result, path: str | Path) -> None:
-    """Draw `result` (core.pipeline.Result) as a .png at `path`, whole or not at all.
+    """Draw `result` (core.pipeline.Result) at `path`, in the format of its suffix, or not at all.
 
     Measured and predicted motion of the marker and axis that move most, the residual before and
-    after below it on one scale, pitches measured and computed, the misfit by signature, and the
+    after below it on one scale, computed pitches against measured, the misfit by signature, and the
     ranking of effects.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -22,6 +22,7 @@ def plot_calibration(result, path: str | Path) -> None:
 
     figure = Figure(figsize=(13, 8.2), layout="constrained")
     FigureCanvasAgg(figure)
+    figure.get_layout_engine().set(rect=(0.005, 0.012, 0.99, 0.983), h_pad=0.06)
     grid = figure.add_gridspec(3, 3, height_ratios=(1.25, 1, 1.1))
     top = figure.add_subplot(grid[0, :])
     below = figure.add_subplot(grid[1, :], sharex=top)
@@ -34,7 +35,7 @@ def plot_calibration(result, path: str | Path) -> None:
         axes.spines[["top", "right"]].set_visible(False)
         axes.tick_params(labelsize=8, color=GREY)
     with written_whole(path) as draft:
-        figure.savefig(draft, format="png", dpi=110)
+        figure.savefig(draft, dpi=110)
 
 
 def _headline(result) -> str:
@@ -66,7 +67,10 @@ def _motion(top, below, result) -> None:
     top.plot(data.time, scale(final.predicted[index]), color=BLUE, lw=1, label="predicted")
     top.set_ylabel(f"{marker} {axis}, {unit}")
     top.legend(loc="upper right", fontsize=8, frameon=False, ncols=2)
-    for found, color, name in ((declared, RED, "before"), (final, GREEN, "after")):
+    curves = ((declared, RED, "before"), (final, GREEN, "after"))
+    if declared is final or np.array_equal(declared.predicted[index], final.predicted[index]):
+        curves = ((final, GREEN, "before and after, nothing was added"),)
+    for found, color, name in curves:
         left = factor * (data.values - found.predicted[index])[:, c]
         text = f"{name}: {errors(found)[0]:.3g} held out"
         below.plot(data.time, left, color=color, lw=0.9, label=text)
@@ -82,44 +86,66 @@ def _motion(top, below, result) -> None:
 
 def _pitches(axes, result) -> None:
     modes = sorted(result.report["modes"], key=lambda m: m["natural_frequency_hz"]["value"])
+    labels, reach = [], 1.0
     for i, mode in enumerate(modes):
         f = mode["natural_frequency_hz"]["value"]
-        axes.plot(i - 0.12, f, "o", color=BLUE, label="measured" if i == 0 else None)
+        low, high = (100 * (x / f - 1) for x in mode["natural_frequency_hz"]["ci95"])
+        axes.errorbar(i, 0, [[max(-low, 0)], [max(high, 0)]], fmt="o", color=BLUE, capsize=4,
+                      label="measured, 95 %" if i == 0 else None)  # fmt: skip
+        labels.append(f"{f:.3g} Hz\n{100 * mode['damping_ratio']['value']:.2g} %")
         if mode["model_frequency_hz"]:
-            axes.plot(i + 0.12, mode["model_frequency_hz"], "D", mfc="none", color=RED,
-                      label="computed" if i == 0 else None)  # fmt: skip
-        axes.annotate(f"{100 * mode['damping_ratio']['value']:.1f} %", (i, f), fontsize=8,
-                      textcoords="offset points", xytext=(0, 8), ha="center")  # fmt: skip
-    axes.set_xticks(range(len(modes)), [f"mode {i + 1}" for i in range(len(modes))])
+            off = 100 * (mode["model_frequency_hz"] / f - 1)
+            known = any(label == "computed" for label in axes.get_legend_handles_labels()[1])
+            axes.plot(i, off, "D", mfc="none", color=RED, label=None if known else "computed")
+            reach = max(reach, abs(off))
+        else:
+            labels[-1] += "\nnone computed"
+    axes.axhline(0, color=GREY, lw=0.5)
+    axes.set_xticks(range(len(modes)), labels)
     axes.set_xlim(-0.6, max(len(modes) - 0.4, 0.6))
-    axes.set_ylim(0, axes.get_ylim()[1] * 1.15)
-    axes.set_title("pitch, Hz, and damping ratio", fontsize=9, loc="left")
-    axes.legend(fontsize=8, frameon=False, loc="upper left")
+    axes.set_ylim(-1.3 * reach, 1.8 * reach)
+    axes.set_title("pitch off the measured one, %; damping ratio below", fontsize=9, loc="left")
+    axes.legend(fontsize=8, frameon=False, loc="upper left", ncols=2)
 
 
 def _budget(axes, result) -> None:
     shares = result.report["diagnosis"]["budget"]
     after = result.budget_after
     names = [n for n in shares if max(shares[n], after.get(n, 0)) > 0.01]
+    if not names:
+        _say(axes, "nothing is left")
     rows = np.arange(len(names))
-    axes.barh(rows + 0.2, [shares[n] for n in names], 0.38, color=RED, label="before")
+    before = [shares[n] for n in names]
     ratio = result.left_after  # energy after over before
     rest = [ratio * after.get(n, 0) for n in names]
-    axes.barh(rows - 0.2, rest, 0.38, color=GREEN, label="after")
-    axes.set_yticks(rows, names)
-    axes.invert_yaxis()
+    if np.allclose(before, rest, rtol=1e-3, atol=1e-6):
+        axes.barh(rows, rest, 0.6, color=GREEN, label="before and after")
+    else:
+        axes.barh(rows - 0.2, before, 0.38, color=RED, label="before")
+        axes.barh(rows + 0.2, rest, 0.38, color=GREEN, label="after")
+    axes.set_yticks(rows, [n.replace("_", " ") for n in names])
+    axes.set_ylim(max(len(names), 4) - 0.4, -0.6)  # few bars stay slim
+    axes.set_xlim(left=0)
     axes.set_title("where the misfit sits, share of its energy before", fontsize=9, loc="left")
-    axes.legend(fontsize=8, frameon=False)
+    if names:
+        axes.legend(fontsize=8, frameon=False, loc="lower right")
 
 
 def _ranking(axes, result) -> None:
     ranking = result.report["diagnosis"]["ranking"][:7]
+    axes.set_title("probability of single effects", fontsize=9, loc="left")
+    if not ranking:
+        adequate = result.report["diagnosis"]["verdict"] == "adequate"
+        _say(axes, "nothing is missing" if adequate else "none was tried")
+        return
     rows = np.arange(len(ranking))
     axes.barh(rows, [r["probability"] for r in ranking], 0.6, color=BLUE)
     axes.set_yticks(rows, [r["name"].replace("_", " ") for r in ranking])
-    axes.invert_yaxis()
+    axes.set_ylim(max(len(ranking), 4) - 0.4, -0.6)
     axes.set_xlim(0, 1)
-    axes.set_title("probability of single effects", fontsize=9, loc="left")
-    if not ranking:
-        axes.text(0.5, 0.5, "nothing stands out", ha="center", va="center", color=GREY)
-        axes.set_yticks([])
+
+
+def _say(axes, text: str) -> None:
+    """One plain line where there is nothing to draw."""
+    axes.text(0.5, 0.5, text, ha="center", va="center", color=GREY, transform=axes.transAxes)
+    axes.set_axis_off()

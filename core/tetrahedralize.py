@@ -34,9 +34,10 @@ class TetReport:
         """What the user should know, one line each."""
         out = ()
         if not 1 / (1 + WITHIN) <= self.tets / self.asked <= 1 + WITHIN:
+            nearer = "or more, or smooth the mesh" if self.tets > self.asked else "or less"
             out += (
-                f"Tetrahedra: {self.tets} where {self.asked} were asked for; the object's thin "
-                "parts or fine detail allow no closer. Ask for more, or smooth the mesh.",
+                f"Tetrahedra: {self.tets} where {self.asked} were asked for, the nearest that was "
+                f"reached in {self.trials} trials. Ask for {self.tets} {nearer}.",
             )
         if self.volume_error is not None and abs(self.volume_error) > VOLUME_TOLERANCE:
             out += (

@@ -42,15 +42,13 @@ def load_tets(path: str | Path, label: str) -> tuple[TetMesh, tuple[str, ...]] |
 def kept_or_cut(
     surface: Surface, elements: int, path, progress=None
 ) -> tuple[TetMesh, tuple[str, ...]]:
-    """The kept tetrahedra of `surface`, or new ones, kept at `path` where it is not None.
+    """The tetrahedra of `surface` kept at `path` where it is not None, or else new ones.
 
-    Raises MeshError as `tetrahedralize` does.
+    `save_tets` keeps those. Raises MeshError as `tetrahedralize` does.
     """
     label = key(surface, elements)
     kept = load_tets(path, label) if path is not None else None
     if kept is not None:
         return kept
     mesh, told = tetrahedralize(surface, elements, progress=progress)
-    if path is not None:
-        save_tets(path, mesh, label, told.warnings)
     return mesh, told.warnings

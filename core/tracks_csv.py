@@ -12,6 +12,8 @@ from .errors import CaseError
 
 AXES = {3: "xyz", 2: "uv"}
 FEWEST_FRAMES = 3
+MOST = {3: (1e6, "m"), 2: (1e9, "px")}  # by number of axes: beyond it, no camera saw it
+LONGEST = 1e9  # s
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +41,8 @@ def read_tracks(path: str | Path, names: tuple[str, ...]) -> Tracks:
     wanted = [header.index("time")] if "time" in header else []
     first = len(wanted)
     wanted += [header.index(column) for column in columns]
-    numbers = _numbers(path, header, rows, wanted)
+    limits = [(LONGEST, "s")] * first + [MOST[dimension]] * len(columns)
+    numbers = _numbers(path, header, rows, dict(zip(wanted, limits, strict=True)))
     if len(numbers) < FEWEST_FRAMES:
         raise CaseError(
             f"{path.name}: {len(numbers)} frames; {FEWEST_FRAMES} at the very least are needed, "
@@ -94,16 +97,17 @@ def _marker_columns(path: Path, header: list[str], names: tuple[str, ...]) -> tu
     return sets[dimension], dimension
 
 
-def _numbers(path: Path, header: list[str], rows, wanted: list[int]) -> np.ndarray:
-    """(T, columns) numbers of the `wanted` columns, NaN where the cell is empty."""
+def _numbers(path: Path, header: list[str], rows, wanted: dict[int, tuple]) -> np.ndarray:
+    """(T, columns) numbers of the `wanted` columns (largest, unit), NaN where a cell is empty."""
     table = np.full((len(rows), len(wanted)), np.nan)
     for r, (line, row) in enumerate(rows):
-        for c, index in enumerate(wanted):
-            table[r, c] = _cell(row[index], f"{path.name}, line {line}, column {header[index]}")
+        for c, (index, limit) in enumerate(wanted.items()):
+            where = f"{path.name}, line {line}, column {header[index]}"
+            table[r, c] = _cell(row[index], where, limit)
     return table
 
 
-def _cell(cell: str, where: str) -> float:
+def _cell(cell: str, where: str, limit: tuple[float, str]) -> float:
     if cell == "":
         return np.nan
     try:
@@ -112,8 +116,13 @@ def _cell(cell: str, where: str) -> float:
         raise CaseError(
             f'{where}: "{cell}" is not a number. Leave the cell empty for a missing sample.'
         ) from error
-    if np.isinf(value):
+    if not np.isfinite(value):
         raise CaseError(f"{where}: {cell} is not a finite number. Leave the cell empty instead.")
+    if abs(value) > limit[0]:
+        raise CaseError(
+            f"{where}: {cell} is beyond {limit[0]:g} {limit[1]}, no measurement. Correct the cell, "
+            "or leave it empty."
+        )
     return value
 
 

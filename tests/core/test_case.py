@@ -245,7 +245,7 @@ def test_camera_axes_come_out_orthonormal(read):
         (FLAT.replace("down = [0, 0, -1]", "down = [0, 0, 0]"), ["down", "direction"]),
         (FLAT.replace("right = [1, 0, 0]\n", ""), ["right", "lacks"]),
         (FLAT + "focal_px = 1200\n", ["focal_px", "pinhole"]),
-        (FLAT.replace("0.0005", "0"), ["metres_per_pixel", "0 < x <= 1"]),
+        (FLAT.replace("0.0005", "0"), ["metres_per_pixel", "1e-09 <= x <= 10"]),
         (FLAT + "readout = -0.1\n", ["readout", "0 <= x <= 1"]),
         (FLAT + "image_size = [1280]\n", ["image_size", "2 whole numbers"]),
         (FLAT.replace("orthographic", "fisheye"), ["kind", "fisheye", "pinhole"]),
@@ -282,8 +282,9 @@ def test_two_dimensional_tracks_need_a_capture_rate(read):
         ("position = [0.1, 0.01, 0.01]\n", "", ["[[marker]] 1", "position", "lacks"]),
         ("density", "densty = 3\ndensity", ["densty", "density", "Did you mean"]),
         ("[recording]", "[recordings]", ["recordings", "Did you mean recording?"]),
-        ("1070.0", "0", ["density", "0 < x <= 30000 kg/m3"]),
+        ("1070.0", "0", ["density", "1 <= x <= 30000 kg/m3"]),
         ("1070.0", "-1070", ["density = -1070"]),
+        ("1070.0", "1.07e-6", ["density", "1 <= x"]),
         ("1070.0", '"heavy"', ["density", "number"]),
         ("1070.0", "true", ["density", "number"]),
         ("1070.0", "nan", ["density", "finite"]),
@@ -298,7 +299,8 @@ def test_two_dimensional_tracks_need_a_capture_rate(read):
         ("[recording]", "[[load]]\nmass = 0\nposition=[0,0,0]\n[recording]", ["[[load]] 1 mass"]),
         ("[recording]", '[model]\ndeclared = ["drag"]\n[recording]', ["drag", "declared"]),
         ("[recording]", '[model]\ndeclared = "clock"\n[recording]', ["declared", "list"]),
-        ("tracks =", "capture_fps = 0\ntracks =", ["capture_fps", "0 < x"]),
+        ("tracks =", "capture_fps = 0\ntracks =", ["capture_fps", "1 <= x"]),
+        ("tracks =", "capture_fps = 2e6\ntracks =", ["capture_fps", "1e+06"]),
         ("tracks =", "start = 0.5\ntracks =", ["start = 0.5", "0 to 0.39 s"]),
         ("tracks =", "stop = -1\ntracks =", ["stop = -1", "0 to 0.39 s"]),
         ("tracks =", "start = 0.3\nstop = 0.2\ntracks =", ["start before stop"]),
@@ -388,6 +390,47 @@ def test_a_marker_a_little_off_the_surface_is_welcome_and_a_far_one_on_the_suppo
     csv = tracks().splitlines()
     csv = [csv[0] + ",wall.x,wall.y,wall.z"] + [line + ",-0.3,0,0" for line in csv[1:]]
     assert len(read(text, "\n".join(csv)).takes[0].recording.markers) == 2
+
+
+def test_a_load_of_more_than_a_thousand_bodies_is_refused_and_a_lesser_one_is_not(read):
+    load = "[[load]]\nmass = {}\nposition = [0.1, 0, 0]\n[recording]"
+    heavy = 1000 * 1070 * 0.1 * 0.02 * 0.02
+    message = refused(
+        read, ["load 1 mass", "body"], CASE.replace("[recording]", load.format(1.01 * heavy))
+    )
+    assert "0.0428 kg" in message
+    case = read(CASE.replace("[recording]", load.format(0.99 * heavy)))
+    assert case.takes[0].loads[0].mass == pytest.approx(0.99 * heavy)
+
+
+def test_an_unloaded_shape_without_gravity_gets_a_warning_and_with_it_none(read):
+    unloaded = CASE.replace("1070.0", '1070.0\nshape = "unloaded"')
+    assert "no sag" in " ".join(read(unloaded).takes[0].recording.warnings)
+    heavy = unloaded.replace("[[pin]]", "gravity = [0, 0, -9.81]\n[[pin]]")
+    assert not read(heavy).takes[0].recording.warnings
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("vertices = [0]", ["[[pin]] 1", "single place"]),
+        ("vertices = [3, 3, 3]", ["[[pin]] 1", "single place"]),
+        ("vertices = [0, 1]", ["[[pin]] 1", "one line"]),
+        ("sphere = { centre = [0, 0, 0], radius = 1e-6 }", ["[[pin]] 1", "single place"]),
+        ("box = { min = [-1, -1e-7, -1e-7], max = [1, 1e-7, 1e-7] }", ["[[pin]] 1", "one line"]),
+        ("vertices = [0, 3, 4]\n[[pin]]\nvertices = [6]", ["[[pin]] 2", "single place"]),
+    ],
+)
+def test_a_pin_that_holds_a_point_or_a_line_is_refused_by_its_number(read, text, words):
+    refused(read, words, pin(text))
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["vertices = [0, 3, 4]", "sphere = { centre = [0, 0, 0], radius = 1e-3 }"],
+)
+def test_a_pin_that_holds_three_corners_or_a_small_patch_is_welcome(read, text):
+    assert read(pin(text)).pinned.any()
 
 
 def test_a_load_far_off_the_object_is_refused(read):

@@ -43,6 +43,13 @@ def test_pixels_have_two_axes_and_time_may_be_left_out(read):
     assert tracks.time is None and tracks.values.shape == (4, 1, 2)
 
 
+def test_a_pixel_may_be_a_million_but_not_ten_thousand_million(read):
+    lines = ["a.u,a.v"] + [f"{k},2e6" for k in range(4)]
+    assert read(lines, ("a",)).values[0, 0, 1] == 2e6
+    with pytest.raises(CaseError, match="line 3, column a.v: 1e10 is beyond 1e[+]09 px"):
+        read([*lines[:2], "1,1e10", *lines[3:]], ("a",))
+
+
 def test_byte_order_marks_blank_lines_and_spaces_do_no_harm(read):
     text = ("\ufeff" + "\r\n".join([GOOD[0].replace(",", " , "), *GOOD[1:], "", ""])).encode()
     np.testing.assert_array_equal(read(text).values, read(GOOD).values)
@@ -62,6 +69,10 @@ def test_columns_of_no_marker_are_left_out_with_a_warning(read):
         (changed(2, ",2,", ",two,"), ["line 3", "column b.y", "two"]),
         (changed(2, ",2,", ",2_0,"), ["line 3", "column b.y", "2_0"]),
         (changed(2, ",2,", ",inf,"), ["line 3", "column b.y", "inf"]),
+        (changed(2, ",2,", ",nan,"), ["line 3", "column b.y", "nan", "empty"]),
+        (changed(2, ",2,", ",NaN,"), ["line 3", "column b.y", "NaN"]),
+        (changed(2, ",2,", ",1e300,"), ["line 3", "column b.y", "1e300", "1e+06 m"]),
+        (changed(4, "0.06", "1e300"), ["line 5", "column time", "1e+09 s"]),
         (changed(4, "0.06", "0.01"), ["line 5", "0.01 s", "0.04 s"]),
         (changed(4, "0.06", "0.04"), ["line 5", "grow"]),
         (changed(4, "0.06", ""), ["line 5", "time is empty"]),

@@ -12,7 +12,7 @@ from core import tetwild
 from core.data import Surface, tet_volumes
 from core.errors import Cancelled, MeshError
 from core.surface import closest_point, diagonal, enclosed_volume
-from core.tetrahedralize import tet_quality, tetrahedralize
+from core.tetrahedralize import TetReport, tet_quality, tetrahedralize
 from core.tetwild import run_tetwild
 from core.volume_match import boundary_faces, solid_volume, winding_numbers, with_volume
 from tests.core.surfaces import box, scan, sphere
@@ -207,3 +207,10 @@ def test_a_scan_of_131072_triangles_is_cut_in_half_a_minute():
     assert abs(report.volume_error) < 5e-3
     away = closest_point(body, mesh.nodes[np.unique(boundary_faces(mesh))])[2]
     assert np.quantile(away, 0.95) < 0.01 * diagonal(body)
+
+
+def test_a_number_missed_is_told_as_it_is_whichever_way_it_was_missed():
+    for tets, asked, step in ((28, 4, "28 or more"), (300, 900, "300 or less")):
+        (told,) = TetReport(asked, tets, 0.0, 0.5, 8, 1.0).warnings
+        assert f"{tets} where {asked} were asked for" in told and step in told
+        assert "8 trials" in told and "detail allow" not in told
