@@ -19,15 +19,16 @@ if __package__ in (None, ""):  # run as a file: Blender gives scripts no package
     given = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
     sys.exit(batch.main(given))
 
-import argparse
 import tempfile
 import tomllib
+from argparse import Namespace
 
 import bpy
 
 from ..core import bake
 from ..core.command import main as core_main
 from ..core.errors import CoreError
+from ..core.options import Parser, case_files, check_outputs, count, kept_beside
 from ..core.surface import read_surface
 from . import write
 from .marks import RECORD
@@ -36,8 +37,9 @@ from .mesh import new_object
 
 def main(argv: list[str]) -> int:
     """Exit status 0: done. 2: refused, one line on standard error."""
-    options = _parse(argv)
     try:
+        options = _parse(argv)
+        _check_outputs(options)
         _object(options.object, ())  # before a minute of work, not after
     except CoreError as error:
         print(f"ringdown: {error}", file=sys.stderr)
@@ -59,20 +61,26 @@ def main(argv: list[str]) -> int:
     return 0
 
 
-def _parse(argv: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="blender -c ringdown", description=__doc__.split("\n")[0])
+def _parse(argv: list[str]) -> Namespace:
+    parser = Parser(prog="blender -c ringdown", description=__doc__.split("\n")[0])
     parser.add_argument("case", type=Path, metavar="CASE.toml")
     parser.add_argument("--out", type=Path, required=True, metavar="report.json")
     parser.add_argument("--plot", type=Path, metavar="report.png")
     parser.add_argument("--bake", type=Path, metavar="baked.blend")
     parser.add_argument("--object", metavar="NAME", help="bake onto this object of the open file")
-    parser.add_argument("--elements", type=int, metavar="N", help="tetrahedra")
+    parser.add_argument("--elements", type=count, metavar="N", help="tetrahedra")
     parser.add_argument("--modes", type=int, metavar="N", help="bake the N strongest only")
     parser.add_argument("--start", type=int, default=1, metavar="FRAME", help="of the release")
     return parser.parse_args(argv)
 
 
-def _bake(options: argparse.Namespace, motion: bake.Motion) -> None:
+def _check_outputs(options: Namespace) -> None:
+    outputs = {"--out": options.out, "the tetrahedra kept beside --out": kept_beside(options.out)}
+    outputs |= {"--plot": options.plot, "--bake": options.bake}
+    check_outputs(outputs, case_files(options.case), makes=("--bake",))
+
+
+def _bake(options: Namespace, motion: bake.Motion) -> None:
     if not bpy.data.filepath:
         bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     surface, names = _surface(options.case)

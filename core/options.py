@@ -40,10 +40,10 @@ def pair(text: str) -> tuple[float, float]:
 def check_outputs(
     outputs: dict[str, Path | None], inputs: tuple[Path, ...], *, makes: tuple[str, ...] = ()
 ) -> None:
-    """Raises CaseError, naming the option, for an output (by option, None = not asked for) that
+    """Raises CaseError, naming the option, for an output that cannot or must not be written.
 
-    is a folder, has none to be put into, is one of the `inputs`, or is another output. The folders
-    of the options `makes` need not be there yet.
+    That is one which is a folder, has none to be put into, is one of the `inputs`, or is another
+    output. None: not asked for. The folders of the options `makes` need not be there yet.
     """
     taken = {_key(path): f"the input {path.name}" for path in inputs}
     for option, path in outputs.items():

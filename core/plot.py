@@ -79,6 +79,8 @@ def _motion(top, below, result) -> None:
         axes.axhline(0, color=GREY, lw=0.5)
         if not data.fit.all():
             axes.axvspan(data.time[data.fit][-1], data.time[-1], color="#f3efe6", zorder=-5)
+    low, high = below.get_ylim()
+    below.set_ylim(low, high + 0.2 * (high - low))  # room for the legend
     below.set_ylabel(f"what is left, {unit}")
     below.set_xlabel("s after the release; shaded: held out, never fitted")
     below.legend(loc="upper right", fontsize=8, frameon=False, ncols=2)
@@ -90,13 +92,15 @@ def _pitches(axes, result) -> None:
     for i, mode in enumerate(modes):
         f = mode["natural_frequency_hz"]["value"]
         low, high = (100 * (x / f - 1) for x in mode["natural_frequency_hz"]["ci95"])
-        axes.errorbar(i, 0, [[max(-low, 0)], [max(high, 0)]], fmt="o", color=BLUE, capsize=4,
+        axes.errorbar(i - 0.12, 0, [[max(-low, 0)], [max(high, 0)]], fmt="o", color=BLUE, capsize=4,
                       label="measured, 95 %" if i == 0 else None)  # fmt: skip
         labels.append(f"{f:.3g} Hz\n{100 * mode['damping_ratio']['value']:.2g} %")
         if mode["model_frequency_hz"]:
             off = 100 * (mode["model_frequency_hz"] / f - 1)
             known = any(label == "computed" for label in axes.get_legend_handles_labels()[1])
-            axes.plot(i, off, "D", mfc="none", color=RED, label=None if known else "computed")
+            axes.plot(
+                i + 0.12, off, "D", mfc="none", color=RED, label=None if known else "computed"
+            )
             reach = max(reach, abs(off))
         else:
             labels[-1] += "\nnone computed"

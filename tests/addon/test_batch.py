@@ -82,3 +82,27 @@ def test_a_refused_case_gives_status_two_one_line_and_no_file(tmp_path):
     assert done.returncode == 2
     assert len([line for line in done.stderr.splitlines() if "ringdown:" in line]) == 1
     assert sorted(path.name for path in tmp_path.iterdir()) == ["case.toml"]
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--elements", "0"], "4 to 1000000"),
+        (["--bake", "case.toml"], "the input case.toml"),
+        (["--bake", "r.json"], "the file of --out"),
+        (["--bake", "."], "is a folder"),
+        (["--bake", "case.toml/b.blend"], "not a folder"),
+        (["--ot"], "--ot"),
+    ],
+)
+def test_a_wrong_option_is_refused_before_any_work(
+    extension, tmp_path, monkeypatch, capsys, words, told
+):
+    batch = importlib.import_module(f"{NAME}.addon.batch")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(batch, "core_main", lambda _: pytest.fail("it went to work"))
+    Path("case.toml").write_text('name = "x"\n')
+    assert batch.main(["case.toml", "--out", "r.json", *words]) == 2
+    error = capsys.readouterr().err
+    assert told in error and error.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["case.toml"]

@@ -46,7 +46,7 @@ def test_pixels_have_two_axes_and_time_may_be_left_out(read):
 def test_a_pixel_may_be_a_million_but_not_ten_thousand_million(read):
     lines = ["a.u,a.v"] + [f"{k},2e6" for k in range(4)]
     assert read(lines, ("a",)).values[0, 0, 1] == 2e6
-    with pytest.raises(CaseError, match="line 3, column a.v: 1e10 is beyond 1e[+]09 px"):
+    with pytest.raises(CaseError, match=r"line 3, column a\.v: 1e10 is beyond 1e\+09 px"):
         read([*lines[:2], "1,1e10", *lines[3:]], ("a",))
 
 

@@ -124,10 +124,14 @@ def test_a_case_refused_after_its_body_was_cut_leaves_no_file(tmp_path, capsys):
 
 def test_a_file_that_cannot_be_put_in_place_is_one_readable_line(tmp_path):
     target = tmp_path / "report.json"
-    with pytest.raises(CaseError, match="report.json: cannot be replaced"):
+
+    def write():
         with written_whole(target) as draft:
             draft.write_text("{}")
             target.mkdir()
+
+    with pytest.raises(CaseError, match="cannot be replaced"):
+        write()
     assert [path.name for path in tmp_path.iterdir()] == ["report.json"]
 
 
