@@ -1,8 +1,10 @@
 """The command line refuses in one line, before it works, and leaves nothing behind."""
 
+import importlib
 import os
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -147,3 +149,12 @@ def test_a_stop_while_modules_are_loaded_is_one_line_and_130():
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 130
     assert done.stderr.strip() == "ringdown: stopped; nothing was written."
+
+
+def test_the_installed_command_runs_what_the_module_runs(monkeypatch, capsys):
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    module, _, name = project["scripts"]["ringdown"].partition(":")
+    start = getattr(importlib.import_module(module.replace("ringdown", "core", 1)), name)
+    monkeypatch.setattr(sys, "argv", ["ringdown", "calibrate"])
+    assert start() == 2
+    assert capsys.readouterr().err.startswith("ringdown: ")
