@@ -13,9 +13,7 @@ from threadpoolctl import threadpool_limits
 from .data import Motion, poles, seal
 from .errors import DataError
 
-FAITHFUL = (
-    2e-5  # of a curve's peak: what a curve may leave of the motion anywhere, between keys too
-)
+FAITHFUL = 5e-5  # of the motion: what all curves together may leave of it, between keys too
 WORKERS = 2  # that write a cache
 BLOCK, TILE = 8, 1 << 16  # frames, and numbers of each, that are worked out at once
 
@@ -65,7 +63,7 @@ def keys(motion: Motion, fps: float, *, first: float = 1.0, last: float | None =
         frame = np.linspace(0, end, int(np.ceil(end * cuts)) + 1)
         found = _hermite(motion, curve, frame / fps)
         off = np.abs(CubicHermiteSpline(frame / fps, *found)(probe / fps) - truth).max(axis=0)
-        if (off <= FAITHFUL * peak).all() or cuts * fps >= finest:
+        if (off <= FAITHFUL / len(peak) * peak).all() or cuts * fps >= finest:
             return Keys(first + frame, found[0], found[1] / fps)
         cuts *= 2
 

@@ -81,14 +81,16 @@ def diagnose(declared: TimeFit, free: TimeFit) -> Verdict:
 def _diagnose(declared: TimeFit) -> Verdict:
     chain = ((None, declared),)
     over = excess(declared)
-    if over < MATERIAL and declared.chi2 < QUIET * declared.samples:
+    if over < MATERIAL and declared.chi2 < QUIET * declared.samples and not _fails(declared):
         return Verdict("adequate", chain, (), (), (), ())
     ranked = tuple(singles(declared))
     strong = [c for c in ranked if c.evidence > EVIDENCE]
-    if over < MATERIAL or (not strong and declared.chi2 < NOISY * declared.samples):
+    if (over < MATERIAL and not any(_shows(c, declared) for c in strong)) or (
+        not strong and declared.chi2 < NOISY * declared.samples
+    ):
         minor = tuple((c.names[0], gained(declared, c.found)) for c in strong)
         return Verdict("adequate", chain, (), (), ranked, minor)
-    strong = [c for c in strong if gained(declared, c.found) >= MATERIAL]
+    strong = [c for c in strong if gained(declared, c.found) >= MATERIAL or _shows(c, declared)]
     if strong and sufficient(strong[0], ENOUGH):
         if _broken(declared, strong[0]):
             return Verdict("unexplained", chain, (), (), ranked, ())
@@ -134,6 +136,17 @@ def more_modes(declared: TimeFit) -> bool:
     rest = float(((y - q @ (q.T @ y)) ** 2).sum())
     over = float((y**2).sum()) - y.size
     return rest < NOISY * y.size or float((y**2).sum()) - rest > ENOUGH * over
+
+
+def _shows(candidate: Candidate, declared: TimeFit) -> bool:
+    """Small beside the first swings, but what the dying motion cannot be predicted without."""
+    return _fails(declared) and candidate.confirmed
+
+
+def _fails(declared: TimeFit) -> bool:
+    """Whether what was held out is predicted worse than its noise allows."""
+    left, count = misfit(declared.law.takes, declared.predicted, True)
+    return left > NOISY * count
 
 
 def gained(before: TimeFit, after: TimeFit) -> float:

@@ -48,6 +48,9 @@ class Findings:
     before: tuple | None = None  # (None, held-out, fit) of the declared body
     rows: tuple = ()  # further rows of the chain
     misfit: tuple[float, float] = (0.0, 0.0)  # of pitches and of shapes, declared body
+    instead: tuple[
+        str, ...
+    ] = ()  # effects in time that the found change of the body makes needless
     mesh_pitch: dict | None = None  # computed mode -> Hz at 1 Pa with the effect
     stiffer: float = 1.0  # dynamic over static stiffness of the first mode
 
@@ -105,6 +108,7 @@ def examine(heard: Heard, verdict: Verdict, stiff: np.ndarray, sigma: np.ndarray
         before=before,
         rows=(_row(best.effect.name, heard, verdict, ground, best.hypothesis),),
         misfit=misfit,
+        instead=("split_modes",),  # a changed body parts its own pairs
         mesh_pitch=_mesh_pitch(best, heard, stiff),
     )
 

@@ -87,7 +87,7 @@ def hear(case: Case, bare: ElasticModel, find_release) -> Heard:
     computed = body.modes.frequency
     setting = replace(free.law.setting, paired=has_twin(first.modes, computed))
     free = replace(free, law=replace(free.law, setting=setting))
-    free = _with_partners(free, turning(first.modes, computed))
+    free = _with_partners(free, _gaps(first.modes, computed))
     free = with_further(free, first, body)
     declared, damping = free, damping_law(case.declared)
     if damping != "free":
@@ -141,17 +141,26 @@ def _apart(takes, condition) -> tuple[int, ...]:
     )
 
 
-def _with_partners(found: TimeFit, pairs: tuple[int, ...]) -> TimeFit:
+def _gaps(modes, frequency: np.ndarray) -> dict[int, float]:
+    """How far the computed partner of each matched degenerate mode lies from it, relatively."""
+    out = {}
+    for k in turning(modes, frequency):
+        apart = np.abs(np.delete(frequency, modes[k]) / frequency[modes[k]] - 1)
+        out[k] = float(apart.min())
+    return out
+
+
+def _with_partners(found: TimeFit, gaps: dict[int, float]) -> TimeFit:
     """The fit with the other direction of those degenerate modes that show it."""
     swing = np.array([np.abs(u).max(axis=0) for u in found.motions]).max(axis=0)
-    for k in pairs:
+    for k, gap in gaps.items():
         if swing[k] < FAINT * swing.max():
             continue
         setting = replace(
             found.law.setting, omega=2 * np.pi * found.frequency, zeta=found.damping_ratio
         )
         found = replace(found, law=replace(found.law, setting=setting))
-        effect = partner(k)
+        effect = partner(k, gap)
         tries = []
         for start in effect.starts(setting, None):
             law, p = extend(found, (effect,), [start])

@@ -6,6 +6,7 @@ the level is read where the spectrum is lowest, through tapers whose leakage sta
 """
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.signal.windows import dpss
 from scipy.special import gammaincinv
 
@@ -14,6 +15,9 @@ from .pencil import evenly
 # time-bandwidth product and tapers: the second leaks less and resolves less, for very clean tracks
 TAPERS = ((5.0, 4), (8.0, 4))
 LEAKED = 0.8  # of the first estimate: when the second is below it, the first had motion in it
+PIECE = 96  # samples that are looked at together where the instants are uneven
+OVER = 0.3  # of them that the band must leave
+FINE = 4  # points of a sequence per sample
 CLIP = 0.02  # of bins of pure noise, taken for motion
 CLIP_ONE = 0.01  # the same, in one channel
 
@@ -23,14 +27,35 @@ def noise_floor(time: np.ndarray, signals: np.ndarray) -> np.ndarray:
 
     Noise that is not white counts at its lowest density. Zero where a channel stands still.
     """
-    signals = np.asarray(signals, float)
-    _, even = evenly(np.asarray(time, float), signals)
-    missing = 1 - np.isfinite(signals).mean(axis=0)
+    time, signals = np.asarray(time, float), np.asarray(signals, float)
+    _, even = evenly(time, signals)
+    if even.shape != signals.shape or not np.array_equal(even, signals, equal_nan=True):
+        return np.array([_beside_band(time[ok], y[ok]) for y in signals.T for ok in [~np.isnan(y)]])
     ramp = np.polynomial.chebyshev.chebvander(np.linspace(-1, 1, len(even)), 1)
     even = even - ramp @ np.linalg.lstsq(ramp, even, rcond=None)[0]
     first, second = (_level(even, *tapers) for tapers in TAPERS)
-    level = np.where(second < LEAKED**2 * first, second, first)
-    return np.sqrt(level / (1 - missing / 2))  # a bridged gap has about half the noise
+    return np.sqrt(np.where(second < LEAKED**2 * first, second, first))
+
+
+def _beside_band(time: np.ndarray, y: np.ndarray) -> float:
+    """rms noise of one channel (n,) at uneven instants: what no band-limited motion takes up.
+
+    Piece by piece, least squares on Slepian's sequences for as wide a band as leaves a share of
+    the samples over (Slepian, Bell Syst. Tech. J. 57 (1978) 1371), read between their points.
+    """
+    step = float(np.median(np.diff(time)))
+    left, free = 0.0, 0
+    for part in np.array_split(np.arange(len(time)), max(1, len(time) // PIECE)):
+        t, v = time[part] - time[part[0]], y[part]
+        count = int((1 - OVER) * len(t))
+        points = max(FINE * int(np.ceil(t[-1] / step) + 1), 2 * count)
+        product = max((count - 6) / 2, 1.0)
+        waves = dpss(points, min(product, points / 2 - 1), count).T
+        basis = CubicSpline(np.linspace(0, t[-1], points), waves)(t)
+        q, _ = np.linalg.qr(np.hstack([basis, np.ones((len(t), 1)), t[:, None]]))
+        left += float(((v - q @ (q.T @ v)) ** 2).sum())
+        free += len(t) - q.shape[1]
+    return float(np.sqrt(left / max(free, 1)))
 
 
 def _level(even: np.ndarray, bandwidth: float, count: int) -> np.ndarray:

@@ -140,13 +140,14 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
         },
         "youngs_modulus": told_modulus(found, real),
         "modes": told_modes(heard, final, found.value * findings.stiffer),
-        "error": told_error(verdict, before, findings.rows),
+        "error": told_error(verdict, before, findings.rows, findings.instead),
         "diagnosis": told_diagnosis(
             heard,
             verdict,
             {
                 "verdict": findings.verdict,
                 "effects": findings.effects,
+                "instead": findings.instead,
                 "ranking": findings.ranking,
                 "advice": findings.advice,
                 "budget": findings.budget(budget(heard.declared)),

@@ -175,10 +175,11 @@ def _told(value, slope, block, parameter) -> dict:
     return estimate(value, float(low), float(high), parameter.unit)
 
 
-def told_error(verdict: Verdict, before: tuple, tail: list[tuple]) -> dict:
+def told_error(verdict: Verdict, before: tuple, tail: list[tuple], instead=()) -> dict:
     """The report's error: `before` replaces the declared row where the model is stiffer than that.
 
-    `tail` are rows (name, held-out, fit) of effects outside the time layer, put first.
+    `tail` are rows (name, held-out, fit) of effects outside the time layer, put first. What the
+    effects named `instead` take belongs to the last of them.
     """
     rows = []
     takes = verdict.final.law.takes
@@ -186,7 +187,10 @@ def told_error(verdict: Verdict, before: tuple, tail: list[tuple]) -> dict:
         rows.append({"added": name, "held_out": held, "fit": fitted})
     for name, found in verdict.chain[1:]:
         held, fitted = errors(found)
-        rows.append({"added": name, "held_out": held, "fit": fitted})
+        if name in instead:
+            rows[-1] |= {"held_out": held, "fit": fitted}
+        else:
+            rows.append({"added": name, "held_out": held, "fit": fitted})
     return {
         "floor": noise_share(takes, True),
         "before": rows[0]["held_out"],
@@ -198,6 +202,7 @@ def told_error(verdict: Verdict, before: tuple, tail: list[tuple]) -> dict:
 def told_diagnosis(heard: Heard, verdict: Verdict, extra: dict) -> dict:
     """The report's diagnosis; `extra` has what the modal layer adds."""
     effects = told_effects(verdict, extra["effects"])
+    effects = [e for e in effects if e["name"] not in extra["instead"]]
     names = [e["name"] for e in effects]
     twins = [t for e in effects for t in e["twins"]]
     chances = probabilities(list(verdict.ranked), verdict.chain[0][1])

@@ -34,7 +34,11 @@ EFFECT = Effect(
     settle="film until it stands still, and once with the suspected place lifted or oiled",
     low=(0.0, np.log(2e-4)),
     high=(0.5, np.log(0.5)),
-    starts=lambda setting, residual: [(0.01, np.log(0.01)), (0.04, np.log(0.05))],
+    starts=lambda setting, residual: [
+        (0.01, np.log(0.01)),
+        (0.04, np.log(0.05)),
+        (0.15, np.log(0.05)),
+    ],
     force=force,
     memory=1,
     begin=lambda theta, setting, u: np.zeros((len(u), 1)),

@@ -13,11 +13,11 @@ MOST = 2.5  # times the mode's own damping ratio
 SPREAD = 0.004  # relative: what meshing and an object's making split by
 
 
-def _split(found, k: int) -> str:
+def _split(found, k: int, gap: float) -> str:
     """The mode's own pitch is fitted along, so only afterwards is it known how far they part."""
     pitch = found.law.setting.omega[k] * (1 + found.theta[-1][0][0]) / (2 * np.pi)
     apart = abs(pitch / found.frequency[k] - 1)
-    return "its pitch is another one" if apart > 2 * SPREAD else ""
+    return "its pitch is another one" if apart > gap + 2 * SPREAD else ""
 
 
 def _runaway(found, k: int) -> str:
@@ -25,8 +25,11 @@ def _runaway(found, k: int) -> str:
     return "its damping is another motion's" if found.theta[-1][0][1] > much else ""
 
 
-def partner(k: int) -> Effect:
-    """The partner of measured mode `k`; theta = (split, damping ratio)."""
+def partner(k: int, gap: float = 0.0) -> Effect:
+    """The partner of measured mode `k`; theta = (split, damping ratio).
+
+    `gap`: how far, relatively, the computed pair lies apart by itself.
+    """
 
     def columns(theta, setting, time, u):
         omega = setting.omega[k] * (1 + theta[:, 0])[:, None]
@@ -41,12 +44,12 @@ def partner(k: int) -> Effect:
         parameters=(),
         twins=(),
         settle="",
-        low=(-SPREAD, 1e-4),
-        high=(SPREAD, 0.4),
+        low=(-gap - SPREAD, 1e-4),
+        high=(gap + SPREAD, 0.4),
         starts=lambda setting, residual: [
             (split, float(np.clip(share * setting.zeta[k], 1e-3, 0.3)))
-            for split, share in ((0.002, 0.8), (-0.002, 1.25))
+            for split, share in ((0.002 + gap, 0.8), (-0.002 - gap, 1.25))
         ],
         columns=columns,
-        veto=lambda found: companion(found, k) or _runaway(found, k) or _split(found, k),
+        veto=lambda found: companion(found, k) or _runaway(found, k) or _split(found, k, gap),
     )

@@ -53,3 +53,16 @@ def test_a_few_missing_frames_leave_the_floor_where_it_is():
 
 def test_a_channel_that_stands_still_has_no_noise():
     assert (noise_floor(np.arange(100) / 30, np.ones((100, 2))) < 1e-14).all()
+
+
+@pytest.mark.parametrize(("missing", "jitter"), [(0.3, 0.0), (0.05, 0.0), (0.0, 0.4)])
+def test_gaps_and_uneven_instants_do_not_change_the_level(missing, jitter):
+    rng, sigma, found = np.random.default_rng(3), 5e-6, []
+    for _ in range(6):
+        time = (np.arange(480) + rng.uniform(-jitter, jitter, 480)) / 120
+        y = 5e-3 * np.exp(-time) * np.cos(2 * np.pi * 5 * time)
+        y += 1e-3 * np.exp(-2 * time) * np.cos(2 * np.pi * 22 * time)
+        y += sigma * rng.standard_normal(480)
+        y[rng.random(480) < missing] = np.nan
+        found.append(noise_floor(time, y[:, None])[0])
+    assert 0.92 < np.mean(found) / sigma < 1.08
