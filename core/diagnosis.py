@@ -17,7 +17,7 @@ from .effects.sudden_change import FOIL
 from .harmonic_inversion import invert
 from .law import TimeFit
 from .match import mac
-from .residual import misfit, nrmse
+from .residual import misfit, motion_rms, nrmse
 from .time_layer import (
     EVIDENCE,
     MATERIAL,
@@ -40,6 +40,9 @@ SECOND = 0.6  # share of what the first leaves that a second must take
 APART = 0.03  # of its pitch that a further mode keeps from those known and their overtones
 RIVALS = 3  # single effects of which a second one is sought
 HALF = 0.5  # of what the best effect leaves is what a sudden change may leave to be the cause
+LOUD = 1.5  # noise units, rms: less motion than that decides nothing
+SWINGS = 1.5  # of the first mode that a fit must see
+FRAMES = 2.5  # a swing; below, a pitch may be a folded one
 QUIET = 1.1  # misfit per sample below which there is nothing to look for
 NOISY = 1.3  # misfit per sample above which noise alone is no explanation
 
@@ -54,6 +57,7 @@ class Verdict:
     twins: tuple[tuple[str, ...], ...]  # of each found effect
     ranked: tuple[Candidate, ...]
     minor: tuple[tuple[str, float], ...]
+    why: str = ""  # a refusal's reason, and what to film instead
 
     @property
     def final(self) -> TimeFit:
@@ -62,6 +66,9 @@ class Verdict:
 
 def diagnose(declared: TimeFit, free: TimeFit) -> Verdict:
     """Name what the declared fit lacks: a law of damping first, then an effect, or two."""
+    why = _undecidable(free)
+    if why:
+        return Verdict("refused", ((None, declared),), (), (), (), (), why)
     lacking = find_damping(declared, free)
     if lacking is None:
         return _diagnose(declared)
@@ -76,6 +83,30 @@ def diagnose(declared: TimeFit, free: TimeFit) -> Verdict:
         twins=(twins, *then.twins),
         ranked=(damping, *then.ranked),
     )
+
+
+def _undecidable(found: TimeFit) -> str:
+    """Why this recording cannot tell one effect from another; empty where it can."""
+    data = found.law.takes[found.law.fitted[0]]
+    size = motion_rms(found.law.takes)
+    if size < LOUD:
+        return (
+            f"Too noisy to decide: the motion is {size:.2g} times the noise, {LOUD:g} is needed. "
+            "Release it from further out, or bring the camera closer."
+        )
+    swings = found.frequency[0] * found.law.setting.duration
+    if swings < SWINGS:
+        return (
+            f"Too short to decide: {swings:.2g} swings are fitted, {SWINGS:g} are needed. "
+            "Film on until it stands still."
+        )
+    frames = 1 / (found.frequency[0] * data.frame)
+    if frames < FRAMES:
+        return (
+            f"Too coarse to decide: {frames:.2g} frames a swing, {FRAMES:g} are needed. The true "
+            "pitch may be another one that folds to this. Film at twice the frame rate."
+        )
+    return ""
 
 
 def _diagnose(declared: TimeFit) -> Verdict:

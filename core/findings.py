@@ -73,8 +73,8 @@ def examine(heard: Heard, verdict: Verdict, stiff: np.ndarray, sigma: np.ndarray
     """Compare the final fit's pitches and shapes with the body's, and name what would mend them."""
     plain = Findings(verdict.verdict, [], [], [], [], stiffer=1 / _softer(verdict.final))
     condition = heard.condition[verdict.final.law.fitted[0]]
-    if heard.turns[condition] is None:
-        return plain
+    if heard.turns[condition] is None or verdict.verdict == "refused":
+        return replace(plain, advice=[verdict.why] if verdict.why else [])
     ground = _ground(heard, verdict, stiff, sigma)
     if ground is None:
         return plain

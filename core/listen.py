@@ -6,6 +6,7 @@ from .channels import Channels, free_motion
 from .data import RingDown, Take
 from .errors import RecordingError
 from .harmonic_inversion import invert
+from .match import DEAD
 from .noise_floor import noise_floor
 
 PERIODS = 2.0  # of the lowest mode that a recording must hold
@@ -33,6 +34,12 @@ def listen(take: Take, find_release) -> tuple[Channels, RingDown]:
         raise RecordingError(
             f"recording {take.name}: no oscillation stands out of the noise. "
             "Release it from further out, come closer with the camera, or record sooner."
+        )
+    if ring.damping_ratio.min() > DEAD:
+        raise RecordingError(
+            f"recording {take.name}: the motion dies within one swing (damping ratio "
+            f"{ring.damping_ratio.min():.2g}; below {DEAD:g} is needed), so it has no pitch to "
+            "calibrate by. Take away what holds or rubs it, and film it swinging freely."
         )
     span, period = np.ptp(data.time), 1 / ring.frequency[0]
     if span < PERIODS * period:

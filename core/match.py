@@ -9,6 +9,7 @@ from .data import RingDown, poles
 
 PAIR = 0.015  # relative distance below which two computed modes count as a degenerate pair
 MOST = 8  # poles that are looked at as modes of the body
+DEAD = 0.5  # damping ratio above which a pole is no mode of the body that rings
 HARMONIC = 0.04  # relative distance below which a pole is an overtone of a nonlinear mode
 
 
@@ -49,7 +50,7 @@ def pursue(ring: RingDown, time: np.ndarray, values: np.ndarray, sigma: np.ndarr
     while len(order) < min(len(ring.frequency), MOST):
         tries = []
         for k in range(len(ring.frequency)):
-            if k in order or ring.damping_ratio[k] > 0.5:
+            if k in order or ring.damping_ratio[k] > DEAD:
                 continue
             waves = phase[:, [*order, k]]
             basis = np.hstack([waves.real, -waves.imag, constant])

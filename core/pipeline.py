@@ -26,6 +26,7 @@ from .tets import kept_or_cut, key, save_tets
 
 ELEMENTS = 1500  # tetrahedra, where none are asked for
 ELEMENT = "p2"
+COARSE = 0.2  # of the frame rate: a pitch above it may be a folded one
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,6 +161,13 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
 def _heard_warnings(case: Case, heard: Heard) -> list[str]:
     out = [w for take in case.takes for w in take.recording.warnings]
     out += [w for ring in heard.rings for w in ring.warnings]
+    for data in heard.takes:
+        rate, f = 1 / data.frame, float(heard.free.frequency[0])
+        if f * data.frame > COARSE:
+            out.append(
+                f"{data.take.name}: {f:.4g} Hz is seen with {rate:.4g} frames/s: a true pitch of "
+                f"{rate - f:.4g} or {rate + f:.4g} Hz would look the same. Film faster to be sure."
+            )
     if None in heard.match.modes:
         out.append(
             "No computed mode moves as the measured one does: Young's modulus was fitted to the "

@@ -1,0 +1,78 @@
+"""When the loop names nothing: too little to decide by, or a cause that it does not know."""
+
+import numpy as np
+import pytest
+from core.errors import RecordingError
+from core.pipeline import calibrate_case
+
+BOX = [(x, y, z) for x in (0, 0.1) for y in (0, 0.015) for z in (0, 0.015)]
+FACES = ((1, 2, 4, 3), (5, 7, 8, 6), (1, 5, 6, 2), (3, 4, 8, 7), (1, 3, 7, 5), (2, 6, 8, 4))
+
+
+def case(folder, motion, fps, seconds, noise=5e-6):
+    """A bar on a pin with one marker that moves by motion(t) m upwards."""
+    rng = np.random.default_rng(2)
+    lines = [f"v {x} {y} {z}" for x, y, z in BOX] + ["f {} {} {} {}".format(*f) for f in FACES]
+    (folder / "bar.obj").write_text("\n".join(lines))
+    time = np.arange(int(seconds * fps)) / fps
+    place = np.array([0.1, 0.0075, 0.015]) + np.outer(motion(time), [0, 0, 1])
+    place += noise * rng.standard_normal(place.shape)
+    rows = [f"{t:.9g}," + ",".join(f"{v:.9g}" for v in p) for t, p in zip(time, place, strict=True)]
+    (folder / "tracks.csv").write_text("time,m.x,m.y,m.z\n" + "\n".join(rows))
+    (folder / "case.toml").write_text(
+        'name = "bar"\n[object]\nmesh = "bar.obj"\nlength_unit = "m"\ndensity = 1000.0\n'
+        "[[pin]]\nbox = { min = [-0.001, -1, -1], max = [0.001, 1, 1] }\n"
+        '[model]\ndeclared = ["viscous_damping"]\n[recording]\ntracks = "tracks.csv"\n'
+        '[[marker]]\nname = "m"\nposition = [0.1, 0.0075, 0.015]\n'
+    )
+    return folder / "case.toml"
+
+
+def swing(frequency, ratio, size=5e-3):
+    w = 2 * np.pi * frequency
+    return lambda t: size * np.exp(-ratio * w * t) * np.cos(w * np.sqrt(1 - ratio**2) * t)
+
+
+def test_a_plain_ring_down_is_adequate(tmp_path):
+    result = calibrate_case(case(tmp_path, swing(5, 0.03), 120, 4), elements=300)
+    assert result.report["diagnosis"]["verdict"] == "adequate"
+
+
+def test_two_frames_a_swing_decide_nothing_and_the_advice_says_so(tmp_path):
+    report = calibrate_case(case(tmp_path, swing(4.4, 0.01), 10, 12), elements=300).report
+    assert report["diagnosis"]["verdict"] == "refused"
+    assert "frames a swing" in report["diagnosis"]["advice"][0]
+
+
+def test_few_frames_a_swing_are_warned_of_with_the_pitch_that_folds_to_it(tmp_path):
+    report = calibrate_case(case(tmp_path, swing(7, 0.03), 10, 12), elements=300).report
+    assert any("6.99" in line and "frames/s" in line for line in report["warnings"])
+
+
+def test_a_motion_that_dies_within_one_swing_is_refused_in_one_line(tmp_path):
+    path = case(tmp_path, swing(4, 0.7), 120, 2)
+    with pytest.raises(RecordingError, match="dies within one swing"):
+        calibrate_case(path, elements=300)
+
+
+@pytest.mark.slow
+def test_a_pitch_that_jumps_all_at_once_is_not_called_a_drift(tmp_path):
+    def cracked(t):
+        w = 2 * np.pi * np.where(t < 1.4, 5.0, 4.6)
+        phase = np.concatenate([[0], np.cumsum(w[:-1] * np.diff(t))])
+        return 5e-3 * np.exp(-0.4 * t) * np.cos(phase)
+
+    report = calibrate_case(case(tmp_path, cracked, 120, 5), elements=300).report
+    assert report["diagnosis"]["verdict"] == "unexplained"
+
+
+@pytest.mark.slow
+def test_a_pitch_that_drifts_steadily_is_a_drift(tmp_path):
+    def warmed(t):
+        return 5e-3 * np.exp(-0.4 * t) * np.cos(2 * np.pi * (5.0 * t - 0.04 * t**2))
+
+    report = calibrate_case(case(tmp_path, warmed, 120, 5), elements=300).report
+    assert report["diagnosis"]["verdict"] == "explained"
+    found = [e["name"] for e in report["diagnosis"]["effects"]]
+    twins = [t for e in report["diagnosis"]["effects"] for t in e["twins"]]
+    assert "stiffness_drift" in found + twins
