@@ -10,7 +10,7 @@ from .data import Estimate
 from .diagnosis import Verdict, errors, probabilities
 from .effects import DAMPING
 from .joint import Heard
-from .law import TimeFit
+from .law import TimeFit, unpack
 from .match import likeness
 from .report import estimate, estimate_of
 from .residual import noise_share
@@ -132,9 +132,14 @@ def parameters(found: TimeFit, index: int) -> dict:
 
 
 def _pose(found: TimeFit) -> np.ndarray:
-    """(C,) where the swinging part of the first fitted take begins."""
-    pose = found.motions[0][0] @ found.shapes
+    """(C,) where the swinging part of the first fitted take turned round when it was let go.
+
+    The first frame may be a little later: a mode's size, not its place there, tells how far it was.
+    """
     law = found.law
+    omega, _, first, _ = unpack(law, found.parameters[None], 0)
+    place, speed = first[0, 0], first[0, 1] / omega[0]
+    pose = np.copysign(np.hypot(place, speed), place) @ found.shapes
     start = np.zeros((1, 1))
     for effect, theta, shape in zip(law.effects, found.theta, found.column_shapes(), strict=True):
         if effect.layer in ("pair", "mode"):

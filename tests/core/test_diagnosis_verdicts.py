@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from core.errors import RecordingError
 from core.pipeline import calibrate_case
 
