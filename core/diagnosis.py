@@ -222,9 +222,9 @@ def _add_second(chain, strong: list[Candidate], ranked, over: float) -> Verdict:
     effects, twins, minor = (best,), (twins_of(best, strong),), ()
     for c in more[:1]:
         size = gained(best.found, c.found)
-        if size < max(MATERIAL, SECOND_SIZE * over):
+        if size < MATERIAL:
             minor = ((c.names[-1], size),)
-        elif c.share >= SECOND and not c.held_share < 0.5:
+        elif size >= SECOND_SIZE * over and c.share >= SECOND and not c.held_share < 0.5:
             chain += ((c.names[-1], c.found),)
             effects += (c,)
             twins += (twins_of(c, more),)
