@@ -13,9 +13,9 @@ from .base import Effect, Parameter
 
 def acceleration(theta, setting, state):
     """theta = inner coefficient times the first amplitude (1), spread over the skin."""
-    speed = np.einsum("bk,qki->bqi", state.v, setting.skin)
-    push = np.linalg.norm(speed, axis=2)[:, :, None] * speed
-    work = np.einsum("bqi,qki->bk", push, setting.wind)
+    speed = state.v @ setting.skin
+    size = np.sqrt((speed.reshape(len(speed), 3, -1) ** 2).sum(axis=1))
+    work = (speed * np.tile(size, 3)) @ setting.wind
     return -(theta[:, :1] / setting.amplitude) * work
 
 
@@ -34,6 +34,6 @@ EFFECT = Effect(
     high=(5.0,),
     starts=lambda setting, residual: [(0.03,), (0.2,)],
     acceleration=acceleration,
-    requires=lambda setting, takes: "" if len(setting.skin) else "no computed mode fits",
+    requires=lambda setting, takes: "" if setting.skin.size else "no computed mode fits",
     report=report,
 )

@@ -31,8 +31,8 @@ class Setting:
     couple: np.ndarray  # (K,)
     places: np.ndarray  # (Q, K - 1) couples of places on the body over that of the first mode
     levers: np.ndarray  # (Q,) motion of those places in the first mode over the reference's
-    skin: np.ndarray  # (S, K, 3) motion of points all over the surface per m of u_k
-    wind: np.ndarray  # (S, K, 3) the same, weighted with their share of the drag's work
+    skin: np.ndarray  # (K, 3S) motion of points all over the surface per m of u_k: x, y, then z
+    wind: np.ndarray  # (3S, K) the same, weighted with their share of the drag's work
     amplitude: float  # m, of the first mode at the reference at release
     masses: np.ndarray  # (K,) first modal mass over each
     release: float  # m, the same of the first take

@@ -12,7 +12,7 @@ AMPLITUDE = 0.01
 
 
 def setting(zeta: float = 0.0) -> Setting:
-    one = np.array([[[1.0, 0.0, 0.0]]])
+    one = np.array([[1.0, 0.0, 0.0]])
     return Setting(
         omega=OMEGA,
         zeta=np.array([zeta]),
@@ -20,7 +20,7 @@ def setting(zeta: float = 0.0) -> Setting:
         places=np.zeros((1, 0)),
         levers=np.ones(1),
         skin=one,
-        wind=one,
+        wind=one.T,
         amplitude=AMPLITUDE,
         release=AMPLITUDE,
         masses=np.ones(1),
