@@ -33,11 +33,12 @@ def swing(omega, zeta, start, time, forces: list, setting: Setting):
     kick = push.kick(u, v, 0.0, 0.0)
     path[0] = u, v, kick
     for i in range(count):
-        v = np.clip(v + half * kick, -rush, rush)
+        v = v + half * kick
         u, v = flow[0] * u + flow[1] * v, flow[2] * u + flow[3] * v
-        u, v = np.clip(u, -limit, limit), np.clip(v, -rush, rush)
-        kick = push.kick(u, np.clip(v + half * kick, -rush, rush), (i + 1) * step, step)
-        kick = np.clip(kick, -rush / step, rush / step)
+        _bound(u, limit)
+        _bound(v, rush)
+        kick = push.kick(u, v + half * kick, (i + 1) * step, step)
+        _bound(kick, rush / step)
         v = v + half * kick
         path[i + 1] = u, v, kick
     place = np.minimum((time / step).astype(int), count)
@@ -47,6 +48,12 @@ def swing(omega, zeta, start, time, forces: list, setting: Setting):
     u, v = _glide(omega, zeta, (u, v + rest / 2 * kick), rest)
     traces = push.traces()[np.minimum(np.rint(time / step).astype(int), count), batch]
     return u, v + rest / 2 * kick, traces
+
+
+def _bound(x: np.ndarray, size: float):
+    """x within ±size, in place; np.clip takes twice as long on arrays as small as these."""
+    np.maximum(x, -size, out=x)
+    np.minimum(x, size, out=x)
 
 
 class _Push:
