@@ -82,7 +82,8 @@ def examine(heard: Heard, verdict: Verdict, stiff: np.ndarray, sigma: np.ndarray
     pieces = K * PIECES + (K - 1) + (ground.pull is not None)
     plain = replace(plain, warnings=_sag_lines(ground))
     ratios = max(len(base.pitch_pull) - 1, 1)
-    if chi2_law.sf((base.pitch_pull**2).sum(), ratios) > DOUBT:
+    doubt = DOUBT**2 if verdict.effects else DOUBT  # a second cause needs to be clearer
+    if chi2_law.sf((base.pitch_pull**2).sum(), ratios) > doubt:
         return plain  # shapes alone, bent by whatever acts in time, name nothing
     ranked = suspects(ground, heard.body.case.declared)
     over = base.chi2 - pieces

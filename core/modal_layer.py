@@ -22,6 +22,8 @@ PITCH_FLOOR = 0.004  # relative error of a computed pitch that convergence does 
 SHAPE_FLOOR = 0.02  # of a shape's largest entry
 PIECES = 6.0  # independent pieces of evidence in one shape, however many channels show it
 CHOICES = 4  # places or axes whose numbers are refined
+LIMIT = 3.84  # rise of chi2 within which a parameter is not told from the best one, 95 %
+HALVINGS = 5  # of the step that looks for it
 SAG_FLOOR = 0.05  # of the sag: geometry, density and creep
 
 
@@ -191,8 +193,39 @@ def _best(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
         return None
     pieces = len(ground.measured.frequency) * (1 + PIECES)
     evidence = ground.base.chi2 - found.chi2 - family.unknowns * np.log(pieces)
-    near = [t for t, c in zip(family.grid, costs, strict=True) if c < cost + 5.99]
+    wide = LIMIT * max(1.0, found.chi2 / pieces)
+    near = [t for t, c in zip(family.grid, costs, strict=True) if c < cost + wide]
+    near += _edges(look, family, theta, cost + wide)
     return Suspect(effect, found, theta, family, float(evidence), near)
+
+
+def _edges(look, family: Family, theta: np.ndarray, level: float) -> list[np.ndarray]:
+    """theta with each of its numbers moved either way to where the cost reaches `level`.
+
+    The step from the best point is doubled until the cost is above the level, then halved back.
+    """
+    out = []
+    for i in range(family.frozen, len(theta)):
+        for way in (-1.0, 1.0):
+            far = (family.high if way > 0 else family.low)[i] - theta[i]
+            near, step = 0.0, way * np.ptp(family.grid[:, i]) / 200
+            while abs(step) < abs(far) and look(_moved(theta, i, step))[1] < level:
+                near, step = step, 2 * step
+            far = step if abs(step) < abs(far) else far
+            for _ in range(HALVINGS):
+                middle = (near + far) / 2
+                if look(_moved(theta, i, middle))[1] < level:
+                    near = middle
+                else:
+                    far = middle
+            out.append(_moved(theta, i, far))
+    return out
+
+
+def _moved(theta: np.ndarray, i: int, by: float) -> np.ndarray:
+    theta = theta.copy()
+    theta[i] += by
+    return theta
 
 
 def _best_choices(family: Family, costs: np.ndarray) -> list[np.ndarray]:
