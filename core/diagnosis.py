@@ -214,7 +214,8 @@ def _add_second(chain, strong: list[Candidate], ranked, over: float) -> Verdict:
     """
     best, more = strong[0], []
     if excess(best.found) > MATERIAL and best.found.chi2 > NOISY * best.found.samples:
-        for first in [c for c in strong[:RIVALS] if c.evidence >= NEARLY * best.evidence]:
+        left = best.found.chi2 - best.found.samples  # no pair can gain more than this over the best
+        for first in [c for c in strong[:RIVALS] if c.evidence >= best.evidence - left]:
             found = [c for c in singles(first.found, first.names, most=4) if c.evidence > EVIDENCE]
             if found and (not more or _together(first, found) > _together(best, more)):
                 best, more = first, found

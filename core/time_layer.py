@@ -24,6 +24,7 @@ NEARLY = 0.80  # of the best one's gain makes a twin
 BEAM = 4
 PROMISE = 8.0  # least gain in chi2 that a score test must see before an effect is fitted
 FITTED = 1.1  # misfit per sample at which no other starting place is tried
+SETTLED = 0.95  # share of the excess from which what comes later gets one start only
 RUNNERS = 2  # starting places of an effect that are fitted
 HORIZONS = (0.4, 1.0)  # shares of the fitted part: from short to long, lest a phase slip traps
 
@@ -143,10 +144,12 @@ def _common_is_possible(start: TimeFit, data) -> bool:
     return len(markers) >= 3 and min(size) < 0.35 * max(size)
 
 
-def race(start: TimeFit, effect: Effect, begins: list, promise: np.ndarray) -> TimeFit:
+def race(
+    start: TimeFit, effect: Effect, begins: list, promise: np.ndarray, *, runners: int = RUNNERS
+) -> TimeFit:
     """The best fit of `start` with `effect`, from the most promising of its starting places."""
     done = []
-    for i in np.argsort(-promise)[:RUNNERS]:
+    for i in np.argsort(-promise)[:runners]:
         if done and done[0].chi2 < FITTED * done[0].samples:
             break
         law, p = extend(start, (effect,), [begins[i]])
@@ -182,7 +185,8 @@ def singles(
         if effect.name not in names and len(names) == most:
             continue
         names.add(effect.name)
-        found = race(start, effect, begins, promise)
+        settled = any(c.share > SETTLED for c in best.values())
+        found = race(start, effect, begins, promise, runners=1 if settled else RUNNERS)
         if effect.veto and effect.veto(found):
             continue
         candidate = judge((*before, effect.name), found, against or start)

@@ -77,3 +77,31 @@ def test_a_pitch_that_drifts_steadily_is_a_drift(tmp_path):
     found = [e["name"] for e in report["diagnosis"]["effects"]]
     twins = [t for e in report["diagnosis"]["effects"] for t in e["twins"]]
     assert "stiffness_drift" in found + twins
+
+
+def test_frames_that_were_dropped_are_counted(tmp_path):
+    def skipped(t):
+        index = np.arange(len(t))
+        later = index + np.where(index >= 150, 2, 0) + np.where(index >= 260, 1, 0)
+        return swing(5, 0.02)(later / 120)
+
+    report = calibrate_case(case(tmp_path, skipped, 120, 4), elements=300).report
+    (effect,) = report["diagnosis"]["effects"]
+    assert effect["name"] == "lost_frames"
+    assert effect["parameters"]["frames"]["value"] == 3
+    assert report["error"]["after"] < 1.1 * report["error"]["floor"] < report["error"]["before"]
+
+
+def test_gaps_in_the_tracks_are_no_effect(tmp_path):
+    path = case(tmp_path, swing(5, 0.03), 120, 4)
+    rng, tracks = np.random.default_rng(5), path.with_name("tracks.csv")
+    head, *rows = tracks.read_text().splitlines()
+    rows = [
+        ",".join(
+            [row.split(",")[0]] + ["" if rng.random() < 0.3 else v for v in row.split(",")[1:]]
+        )
+        for row in rows
+    ]
+    tracks.write_text("\n".join([head, *rows]))
+    report = calibrate_case(path, elements=300).report
+    assert report["diagnosis"]["verdict"] == "adequate"
