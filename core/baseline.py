@@ -80,7 +80,6 @@ def build_law(
         wind=np.zeros((0, len(couple))),
         masses=np.ones(len(couple)),
         amplitude=float(max(s[0] for s in sizes)),
-        release=float(sizes[0][0]),
         modal_mass=np.nan,
         drag_area=np.nan,
         reference=weights,

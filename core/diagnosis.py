@@ -17,7 +17,7 @@ from .effects.sudden_change import FOIL
 from .harmonic_inversion import invert
 from .law import TimeFit
 from .match import mac
-from .residual import misfit, motion_rms, nrmse
+from .residual import QUIET, misfit, motion_rms, nrmse
 from .time_layer import (
     EVIDENCE,
     MATERIAL,
@@ -43,7 +43,6 @@ HALF = 0.5  # of what the best effect leaves is what a sudden change may leave t
 LOUD = 1.5  # noise units, rms: less motion than that decides nothing
 SWINGS = 1.5  # of the first mode that a fit must see
 FRAMES = 2.5  # a swing; below, a pitch may be a folded one
-QUIET = 1.1  # misfit per sample below which there is nothing to look for
 NOISY = 1.3  # misfit per sample above which noise alone is no explanation
 
 
@@ -215,27 +214,28 @@ def _add_second(chain, strong: list[Candidate], ranked, over: float) -> Verdict:
     best, more = strong[0], []
     if excess(best.found) > MATERIAL and best.found.chi2 > NOISY * best.found.samples:
         left = best.found.chi2 - best.found.samples  # no pair can gain more than this over the best
+        tries = []
         for first in [c for c in strong[:RIVALS] if c.evidence >= best.evidence - left]:
             found = [c for c in singles(first.found, first.names, most=4) if c.evidence > EVIDENCE]
-            if found and (not more or _together(first, found) > _together(best, more)):
-                best, more = first, found
+            tries.append((first, found))
+        able = [t for t in tries if t[1] and _counts_second(t[0], t[1][0], over)]
+        best, more = max(able, key=lambda t: t[0].evidence + t[1][0].evidence, default=tries[0])
     chain += ((best.names[0], best.found),)
     effects, twins, minor = (best,), (twins_of(best, strong),), ()
     for c in more[:1]:
-        size = gained(best.found, c.found)
-        if size < MATERIAL:
-            minor = ((c.names[-1], size),)
-        elif size >= SECOND_SIZE * over and c.share >= SECOND and not c.held_share < 0.5:
+        if _counts_second(best, c, over):
             chain += ((c.names[-1], c.found),)
             effects += (c,)
             twins += (twins_of(c, more),)
-    if len(effects) == 1 and best is not strong[0]:
-        return _add_second(chain[:1], strong[:1], ranked, over)
+        elif gained(best.found, c.found) < MATERIAL:
+            minor = ((c.names[-1], gained(best.found, c.found)),)
     return Verdict("explained", chain, effects, twins, ranked, minor)
 
 
-def _together(first: Candidate, seconds: list[Candidate]) -> float:
-    return first.evidence + seconds[0].evidence
+def _counts_second(first: Candidate, second: Candidate, over: float) -> bool:
+    """Whether a second effect is material, and takes most of what the first leaves."""
+    enough = gained(first.found, second.found) >= max(MATERIAL, SECOND_SIZE * over)
+    return enough and second.share >= SECOND and not second.held_share < 0.5
 
 
 def _broken(declared: TimeFit, best: Candidate) -> bool:

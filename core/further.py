@@ -9,9 +9,9 @@ from .effects.further_mode import STRAY, further_mode
 from .harmonic_inversion import invert
 from .law import TimeFit
 from .match import HARMONIC, Match, has_twin, mac
+from .residual import QUIET
 from .timefit import extend, fit
 
-QUIET = 1.1  # misfit per sample below which there is nothing to look for
 APART = 0.03  # relative, from every known pitch
 TWIN = 0.25  # the same from a mode whose degenerate partner was not matched
 SAME = 0.7  # MAC with the strongest mode above which it mimics what acts in time

@@ -14,10 +14,10 @@ from .harmonic_inversion import invert
 from .law import Law, TimeFit
 from .listen import listen
 from .match import PAIR, Match, align, has_twin, likeness, match_modes, pursue, select, turning
+from .residual import QUIET
 from .timefit import extend, fit
 
 WEAK = 0.6  # likeness in shape less twice the difference in pitch that makes a weak mode known
-QUIET = 1.1  # misfit per sample below which nothing is left to look at
 STRAY = 0.15  # of its pitch that a mode may move when all are fitted together
 MUCH = 0.3  # damping ratio beyond which it has run off, unless it was heard so
 FAINT = 0.02  # of the strongest mode's swing: below, a partner is not looked for

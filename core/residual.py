@@ -4,6 +4,8 @@ import numpy as np
 
 from .channels import Channels
 
+QUIET = 1.1  # misfit per sample below which there is nothing to look for
+
 
 def parts(takes: tuple[Channels, ...], held: bool) -> list[np.ndarray]:
     """Per take (T, C) bool: the known samples that are held out, or that are fitted.

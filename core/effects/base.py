@@ -35,7 +35,6 @@ class Setting:
     wind: np.ndarray  # (3S, K) the same, weighted with their share of the drag's work
     amplitude: float  # m, of the first mode at the reference at release
     masses: np.ndarray  # (K,) first modal mass over each
-    release: float  # m, the same of the first take
     modal_mass: float  # kg of the first mode, normalised at the reference; NaN = not known
     drag_area: float  # m2, integral of |S|^3 over the surface seen from the motion; NaN = not known
     duration: float  # s, of the longest fitted part
@@ -70,7 +69,7 @@ class Effect:
     """
 
     name: str
-    layer: str  # "time" | "modal" | "camera"
+    layer: str  # "time" | "modal" | "camera"; "pair" and "mode" are the body's own motions
     parameters: tuple[Parameter, ...]
     twins: tuple[str, ...]
     settle: str  # the experiment that would separate it from its twins
@@ -107,11 +106,6 @@ class State:
     memory: np.ndarray | None = None
 
 
-def refuse_nothing(setting, takes) -> str:
-    """Every recording can show it."""
-    return ""
-
-
 @dataclass(frozen=True, eq=False)
 class Family:
     """A body that depends on a modal effect's parameters, reduced to a basis that spans them.
@@ -139,6 +133,13 @@ def reduced_basis(parts: list[np.ndarray], mass) -> np.ndarray:
     w, v = np.linalg.eigh(X.T @ (mass @ X))
     keep = w > 1e-9 * w[-1]
     return X @ (v[:, keep] / np.sqrt(w[keep]))
+
+
+def ring(omega: np.ndarray, zeta: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """cos and sin (B, T, 2) of a free swing, natural pitch and damping ratio (B, 1), time (B, T)."""
+    phase = omega * np.sqrt(1 - zeta**2) * time
+    fall = np.exp(-zeta * omega * time)
+    return np.stack([fall * np.cos(phase), fall * np.sin(phase)], axis=2)
 
 
 def companion(found, k: int) -> str:

@@ -8,7 +8,7 @@ Source      Ewins, Modal Testing (2000), 4.4: residual modes
 
 import numpy as np
 
-from .base import Effect
+from .base import Effect, ring
 
 STRAY = 0.05  # relative, that its pitch may move
 
@@ -18,10 +18,7 @@ def further_mode(frequency: float, damping_ratio: float) -> Effect:
 
     def columns(theta, setting, time, u):
         omega = 2 * np.pi * frequency * np.exp(theta[:, 0])[:, None]
-        zeta = theta[:, 1][:, None]
-        phase = omega * np.sqrt(1 - zeta**2) * time
-        fall = np.exp(-zeta * omega * time)
-        return np.stack([fall * np.cos(phase), fall * np.sin(phase)], axis=2)
+        return ring(omega, theta[:, 1][:, None], time)
 
     return Effect(
         name=f"mode at {frequency:.3g} Hz",

@@ -7,7 +7,7 @@ Source      Rayleigh, The Theory of Sound, vol. 1, 221 a; a split beyond `SPREAD
 
 import numpy as np
 
-from .base import Effect, companion
+from .base import Effect, companion, ring
 
 MOST = 2.5  # times the mode's own damping ratio
 SPREAD = 0.004  # relative: what meshing and an object's making split by
@@ -33,10 +33,7 @@ def partner(k: int, gap: float = 0.0) -> Effect:
 
     def columns(theta, setting, time, u):
         omega = setting.omega[k] * (1 + theta[:, 0])[:, None]
-        zeta = theta[:, 1][:, None]
-        phase = omega * np.sqrt(1 - zeta**2) * time
-        fall = np.exp(-zeta * omega * time)
-        return np.stack([fall * np.cos(phase), fall * np.sin(phase)], axis=2)
+        return ring(omega, theta[:, 1][:, None], time)
 
     return Effect(
         name=f"partner of mode {k + 1}",

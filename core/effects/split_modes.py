@@ -8,16 +8,13 @@ Source      Rayleigh, The Theory of Sound, vol. 1, 221 a (split modes of bells)
 
 import numpy as np
 
-from .base import Effect, Parameter, companion
+from .base import Effect, Parameter, companion, ring
 
 
 def columns(theta, setting, time, u):
     """cos and sin of the second mode with free shapes; theta = (split, damping ratio)."""
     omega = setting.omega[0] * (1 + theta[:, 0])[:, None]
-    zeta = theta[:, 1][:, None]
-    phase = omega * np.sqrt(1 - zeta**2) * time
-    fall = np.exp(-zeta * omega * time)
-    return np.stack([fall * np.cos(phase), fall * np.sin(phase)], axis=2)
+    return ring(omega, theta[:, 1][:, None], time)
 
 
 def veto(found):

@@ -22,7 +22,6 @@ def setting(zeta: float = 0.0) -> Setting:
         skin=one,
         wind=one.T,
         amplitude=AMPLITUDE,
-        release=AMPLITUDE,
         masses=np.ones(1),
         modal_mass=0.02,
         drag_area=1e-3,
