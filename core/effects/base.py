@@ -136,7 +136,7 @@ def reduced_basis(parts: list[np.ndarray], mass) -> np.ndarray:
 
 
 def ring(omega: np.ndarray, zeta: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """cos and sin (B, T, 2) of a free swing, natural pitch and damping ratio (B, 1), time (B, T)."""
+    """cos and sin (B, T, 2) of a free swing; omega and zeta (B, 1), time (B, T)."""
     phase = omega * np.sqrt(1 - zeta**2) * time
     fall = np.exp(-zeta * omega * time)
     return np.stack([fall * np.cos(phase), fall * np.sin(phase)], axis=2)
