@@ -6,6 +6,7 @@ import numpy as np
 
 from .data import Take, seal
 from .errors import RecordingError
+from .shutter import rows_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +25,7 @@ class Channels:
     support: np.ndarray  # (C,) bool: sits on the support
     directions: np.ndarray  # (C, 3)
     row: np.ndarray  # (C,) share of the picture's height, 0 top to 1 bottom; 0 for 3-D
+    rows: np.ndarray  # (T, C) the same as seen in each frame
     rest: np.ndarray  # (C,) where the declared rest place is seen
     quiet: np.ndarray  # (C,) mean before the release, NaN where nothing was recorded
     take: Take
@@ -39,6 +41,12 @@ class Channels:
     def known(self) -> np.ndarray:
         """(T, C) bool: samples that exist."""
         return np.isfinite(self.values)
+
+    @property
+    def late(self) -> np.ndarray | None:
+        """(T, C) s by which a known rolling shutter took each sample after its frame's instant."""
+        camera = self.take.recording.camera
+        return camera.readout * self.rows if camera is not None and camera.readout else None
 
     @property
     def frame(self) -> float:
@@ -78,6 +86,7 @@ def free_motion(take: Take, window: tuple[float, float], noise: np.ndarray) -> C
         support=np.repeat([m.on == "support" for m in recording.markers], d),
         directions=directions,
         row=row,
+        rows=np.zeros(values[inside].shape) if d == 3 else _rows(recording, values[inside], rest),
         rest=rest,
         quiet=quiet,
         take=take,
@@ -91,6 +100,10 @@ def _geometry(recording, places, d):
         return np.tile(np.eye(3), (n, 1)), places.ravel(), np.zeros(n * 3)
     camera = recording.camera
     seen = camera.project(places)
-    height = camera.image_size[1] or 2 * camera.principal_point[1]
-    rows = np.repeat(seen[:, 1] / max(height, 1), 2)
-    return camera.jacobian(places).reshape(-1, 3), seen.ravel(), rows
+    row = _rows(recording, seen.reshape(1, -1), seen.ravel())[0]
+    return camera.jacobian(places).reshape(-1, 3), seen.ravel(), row
+
+
+def _rows(recording, values, rest):
+    camera = recording.camera
+    return rows_of(values, rest, camera.image_size[1] or 2 * camera.principal_point[1])

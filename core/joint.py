@@ -15,6 +15,7 @@ from .law import Law, TimeFit
 from .listen import listen
 from .match import PAIR, Match, align, has_twin, likeness, match_modes, pursue, select, turning
 from .residual import QUIET
+from .shutter import at_once
 from .timefit import extend, fit
 
 WEAK = 0.6  # likeness in shape less twice the difference in pitch that makes a weak mode known
@@ -182,7 +183,7 @@ def _first_periods(data: Channels, ring: RingDown) -> Channels:
 
 
 def _match(data: Channels, ring: RingDown, body: Body) -> Match:
-    chase = pursue(ring, data.time[data.fit], data.values[data.fit], data.sigma)
+    chase = pursue(ring, data.time[data.fit], data.values[data.fit], data.sigma, late=data.late)
     return match_modes(ring, chase, body.modes.frequency, body.seen(data))
 
 
@@ -213,11 +214,13 @@ def _same_poles(data: Channels, rings, index: int, condition, matches) -> RingDo
 def _amplitudes(data: Channels, ring: RingDown) -> RingDown:
     """The ring-down with the amplitudes that its poles have in a take."""
     use = data.fit & np.isfinite(data.values).all(axis=1)
-    phase = np.exp(np.outer(data.time[use], poles(ring.frequency, ring.damping_ratio)))
+    pole = poles(ring.frequency, ring.damping_ratio)
+    phase = np.exp(np.outer(data.time[use], pole))
     basis = np.hstack([phase.real, -phase.imag, np.ones((use.sum(), 1))])
     x, *_ = np.linalg.lstsq(basis, data.values[use], rcond=None)
     K = len(ring.frequency)
-    return replace(ring, amplitude=x[:K] + 1j * x[K : 2 * K], offset=x[-1], t0=0.0)
+    amplitude = at_once(x[:K] + 1j * x[K : 2 * K], pole, data.late)
+    return replace(ring, amplitude=amplitude, offset=x[-1], t0=0.0)
 
 
 @dataclass(frozen=True, eq=False)

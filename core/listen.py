@@ -3,11 +3,12 @@
 import numpy as np
 
 from .channels import Channels, free_motion
-from .data import RingDown, Take
+from .data import RingDown, Take, poles, replace
 from .errors import RecordingError
 from .harmonic_inversion import invert
 from .match import DEAD
 from .noise_floor import noise_floor
+from .shutter import at_once
 
 PERIODS = 2.0  # of the lowest mode that a recording must hold
 
@@ -48,7 +49,9 @@ def listen(take: Take, find_release) -> tuple[Channels, RingDown]:
             f"{span / period:.2g} periods of the lowest mode; {PERIODS:g} are needed. "
             "Record longer."
         )
-    return data, _spread(ring, moving, noise)
+    ring = _spread(ring, moving, noise)
+    pole = poles(ring.frequency, ring.damping_ratio)
+    return data, replace(ring, amplitude=at_once(ring.amplitude, pole, data.late))
 
 
 def release(take: Take, find_release) -> tuple[float, float]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from .baseline import real_shapes
 from .data import RingDown, poles
+from .shutter import at_once
 
 PAIR = 0.015  # relative distance below which two computed modes count as a degenerate pair
 MOST = 8  # poles that are looked at as modes of the body
@@ -34,16 +35,18 @@ def likeness(shape: np.ndarray, modes: np.ndarray, frequency: np.ndarray, j: int
     return float(((q.T @ shape) ** 2).sum() / (shape @ shape))
 
 
-def pursue(ring: RingDown, time: np.ndarray, values: np.ndarray, sigma: np.ndarray):
+def pursue(ring: RingDown, time: np.ndarray, values: np.ndarray, sigma: np.ndarray, *, late=None):
     """Poles in the order in which they take most of the motion, and each one's shape (C,) then.
 
     Strongly damped companions of a nonlinear mode cancel one another, so their amplitudes at the
     release say nothing; what one takes away from (T, C) `values` beside those before it does
-    (orthogonal matching pursuit: Pati, Rezaiifar, Krishnaprasad, Asilomar 1993).
+    (orthogonal matching pursuit: Pati, Rezaiifar, Krishnaprasad, Asilomar 1993). `late` (T, C) s:
+    how much after the instants `time` the samples were taken, where that is known.
     """
     known = np.isfinite(values).all(axis=1)
     y = ((values - np.nanmean(values, axis=0)) / sigma)[known]
-    phase = np.exp(np.outer(time[known] - ring.t0, poles(ring.frequency, ring.damping_ratio)))
+    pole = poles(ring.frequency, ring.damping_ratio)
+    phase = np.exp(np.outer(time[known] - ring.t0, pole))
     constant = np.ones((known.sum(), 1))
     order, shapes, gains = [], [], []
     left = power = float((y**2).sum())
@@ -63,7 +66,8 @@ def pursue(ring: RingDown, time: np.ndarray, values: np.ndarray, sigma: np.ndarr
             break
         order.append(k)
         amplitude = coefficients[len(order) - 1] + 1j * coefficients[2 * len(order) - 1]
-        shapes.append(real_shapes((amplitude * sigma)[None])[0][0])
+        amplitude = at_once((amplitude * sigma)[None], pole[[k]], late)
+        shapes.append(real_shapes(amplitude)[0][0])
         gains.append(np.sqrt((left - rest) / power))
         left = rest
     return order, np.array(shapes), np.array(gains)

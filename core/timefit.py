@@ -14,6 +14,7 @@ from .ahead import ahead
 from .channels import Channels
 from .effects.base import Effect
 from .law import Law, TimeFit, bounds, unpack
+from .shutter import later
 from .simulate import swing
 
 WILD = 1e7  # noise units; a motion that runs away is a bad fit, not an error
@@ -21,7 +22,7 @@ PIN = 1e3  # weight that keeps S at the reference at one, so that u is in metres
 
 
 def _motion(law: Law, unpacked, data: Channels):
-    """u, u' (B, T, K), the columns (B, T, q), the delays (B, C) or None."""
+    """u, u' (B, T, K), the columns (B, T, q), the delays (B, C, T) or None."""
     omega, zeta, start, thetas = unpacked
     time = np.broadcast_to(data.time, (len(omega), len(data.time)))
     pairs = list(zip(law.effects, thetas, strict=True))
@@ -32,15 +33,12 @@ def _motion(law: Law, unpacked, data: Channels):
     u, v, traces = swing(omega, zeta, start, time, forces, law.setting)
     # modes above those that were measured answer a force at once, in a shape of their own
     columns = [(e, traces[:, :, [j]]) for j, (e, _) in enumerate(p for p in forces if p[0].force)]
-    delay = None
-    camera = data.take.recording.camera
-    if camera is not None and camera.readout:
-        delay = np.broadcast_to(camera.readout * data.row, (len(omega), len(data.row)))
+    delay = None if data.late is None else data.late.T[None]
     for effect, theta in pairs:
         if effect.columns:
             columns.append((effect, effect.columns(theta, law.setting, time, u)))
         if effect.delay:
-            delay = effect.delay(theta, law.setting, data.row) + (0 if delay is None else delay)
+            delay = effect.delay(theta, law.setting, data.rows.T) + (0 if delay is None else delay)
     return u, v, columns, delay
 
 
@@ -48,11 +46,8 @@ def _basis(law: Law, unpacked, take: int):
     """Basis (B, 1 or C, T, nb) of the fitted take number `take`, and who may not use it."""
     data = law.takes[law.fitted[take]]
     u, v, columns, delay = _motion(law, unpacked, data)
-    omega = unpacked[0]
-    u = u[:, None]
-    if delay is not None:
-        turn = (omega[:, None] * delay[:, :, None])[:, :, None]  # (B, C, 1, K)
-        u = u * np.cos(turn) + v[:, None] / omega[:, None, None] * np.sin(turn)
+    omega, zeta = unpacked[:2]
+    u, v = (u[:, None], v[:, None]) if delay is None else later(omega, zeta, (u, v), delay)
     B, D, T, K = u.shape
     widths = [c.shape[2] for _, c in columns]
     each = 1 + sum(widths)
@@ -62,7 +57,7 @@ def _basis(law: Law, unpacked, take: int):
     at = law.own * law.condition[law.fitted[take]]
     basis[:, :, :, at : at + K] = u
     if law.turning:
-        speed = v[:, None] / omega[:, None, None]
+        speed = v / omega[:, None, None]
         basis[:, :, :, at + K : at + law.own] = speed[..., list(law.turning)]
     at = head + each * take
     basis[:, :, :, at] = 1

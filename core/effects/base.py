@@ -62,7 +62,7 @@ class Effect:
       acceleration(theta, setting, state) -> (B, K)   the same, spread over the modes by itself
       columns(theta, setting, time, u) -> (B, T, q)   motion with a free shape
       clock(theta, setting, time) -> (B, T)           instants at which the model is seen
-      delay(theta, setting, row) -> (B, C)            s, later sight of single channels
+      delay(theta, setting, row) -> (B, C, T)         s, later sight of samples on rows (C, T)
       starts(setting, residual) -> list of theta      where the fit begins
       report(theta, setting, shape) -> {name: value}   the contract's parameters; shape (C, q) is
           how strongly each channel shows the columns

@@ -12,8 +12,8 @@ from .base import Effect, Parameter
 
 
 def delay(theta, setting, row):
-    """s (B, C); theta = readout in periods of the first mode."""
-    return theta[:, :1] * (2 * np.pi / setting.omega[0]) * (row - row.mean())
+    """s (B, C, T) for rows (C, T); theta = readout in periods of the first mode."""
+    return theta[:, :1, None] * (2 * np.pi / setting.omega[0]) * (row - row.mean())
 
 
 def requires(setting, takes):
