@@ -7,7 +7,16 @@ from pathlib import Path
 
 from .bake import save_motion
 from .errors import CoreError
-from .options import Parser, case_files, check_outputs, check_picture, count, kept_beside, pair
+from .options import (
+    Parser,
+    above_zero,
+    case_files,
+    check_outputs,
+    check_picture,
+    count,
+    kept_beside,
+    pair,
+)
 from .report import write_report
 from .stiffening_study import add_arguments, stiffening_main
 
@@ -42,8 +51,25 @@ def _parser() -> Parser:
     one.set_defaults(run=_calibrate)
     two = commands.add_parser("ringdown", help="the modes of a video alone")
     two.add_argument("video", type=Path)
-    two.add_argument("--capture-fps", type=float, required=True)
-    two.add_argument("--point", action="append", type=pair, default=[], metavar="U,V")
+    two.add_argument("--capture-fps", type=above_zero, required=True, help="of real time")
+    two.add_argument(
+        "--point",
+        action="append",
+        type=pair,
+        default=[],
+        metavar="U,V",
+        help="px, a point to follow; else they are picked",
+    )
+    two.add_argument(
+        "--static",
+        action="append",
+        type=pair,
+        default=[],
+        metavar="U,V",
+        help="px, a point that stands still: the camera's shake is taken out",
+    )
+    two.add_argument("--readout", type=above_zero, help="s, rolling shutter, first to last row")
+    two.add_argument("--metres-per-pixel", type=above_zero, help="for amplitudes in metres")
     two.add_argument("--out", type=Path, help="ringdown.json")
     two.add_argument("--plot", type=Path, help="picture: .png, .svg, .pdf, ...")
     two.add_argument("--magnify", type=Path, help="the first mode made visible, .mp4")
@@ -131,16 +157,19 @@ def _ringdown(options) -> None:
     outputs = {"--out": options.out, "--plot": options.plot, "--magnify": options.magnify}
     check_outputs(outputs, (options.video,))
     check_picture(options.plot)
-    from .ringdown_command import ringdown_command  # OpenCV takes its time to import
+    from .ringdown_command import ringdown_command, table  # OpenCV takes its time to import
 
     told = ringdown_command(
         options.video,
         capture_fps=options.capture_fps,
         points=options.point,
+        static=options.static,
+        readout=options.readout or 0.0,
+        metres_per_pixel=options.metres_per_pixel,
         out=options.out,
         plot=options.plot,
         magnify=options.magnify,
         progress=_progress(False),
     )
-    if options.out is None:
-        print(json.dumps(told, indent=1, ensure_ascii=False))
+    for_a_program = options.out is None and not sys.stdout.isatty()
+    print(json.dumps(told, indent=1, ensure_ascii=False) if for_a_program else table(told))

@@ -1,6 +1,7 @@
 """What stands on a command line: refusals in one line, before any work and before any file."""
 
 import argparse
+import math
 import os
 import tomllib
 from pathlib import Path
@@ -33,8 +34,21 @@ def pair(text: str) -> tuple[float, float]:
     try:
         u, v = (float(part) for part in text.split(","))
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text}; U,V in pixels is needed") from None
+        u = v = math.nan
+    if not (math.isfinite(u) and math.isfinite(v)):
+        raise argparse.ArgumentTypeError(f'"{text[:LONGEST]}"; U,V in pixels is needed')
     return u, v
+
+
+def above_zero(text: str) -> float:
+    """A finite number above 0. Raises argparse.ArgumentTypeError for anything else."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value > 0):
+        raise argparse.ArgumentTypeError(f'"{text[:LONGEST]}"; a number above 0 is needed')
+    return value
 
 
 def check_outputs(

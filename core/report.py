@@ -79,7 +79,9 @@ def check_ringdown(report: dict) -> None:
     _check(report, {"modes": _any_list, "warnings": [_text]}, "ringdown")
     for k, mode in enumerate(report["modes"]):
         unit = "amplitude_px" if "amplitude_px" in mode else "amplitude_m"
+        axis = {unit: _interval(), "phase_rad": _interval()}
         fields = BARE_MODE | {unit: _at_least_zero, "aliases_hz": [_above_zero]}
+        fields |= {"deflection": [{"pixel": [_real()], "u": axis, "v": axis}]}
         _check(mode, fields, f"ringdown.modes[{k}]")
 
 

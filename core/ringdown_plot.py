@@ -14,7 +14,7 @@ ORDERS = 24  # highest one in the stabilization diagram
 def plot_video_modes(modes, clip: Video, path: str | Path) -> None:
     """Write the picture (png, svg, pdf): points and deflection, motion, spectrum, stabilization.
 
-    modes: core.ringdown_command.VideoModes.
+    modes: core.video_modes.VideoModes.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

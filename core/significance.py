@@ -138,12 +138,12 @@ def inflation(found: Fit, dt: float, omega) -> np.ndarray:
             factors.append(1.0)
             continue
         combined = residual @ (weight / np.sqrt(size))
-        parts = [_density(part, w * dt) for part in (combined.real, combined.imag)]
+        parts = [density(part, w * dt) for part in (combined.real, combined.imag)]
         factors.append(max(1.0, sum(parts) / (1.0 if len(weight) == 1 else free)))
     return np.array(factors)
 
 
-def _density(series: np.ndarray, angle: float) -> float:
+def density(series: np.ndarray, angle: float) -> float:
     """Density of an autoregression at `angle` rad per sample; of white noise: its variance."""
     count = len(series)
     variance = float(np.mean(series**2))

@@ -13,7 +13,7 @@ from .video import Video, open_video, read_frames
 WORST = 0.1  # px: a point whose place such noise blurs more is featureless
 LOOKED_AT = 240  # frames after which, and after twice as many, motion is looked for
 CORNERS = 120  # followed to find those that move
-LEAST_SHARE = 0.1  # of the clearest motion: what is seen less clearly tells little
+LEAST_SHARE = 0.1  # of the clearest and of the largest motion: what is less tells little
 EDGE = 3.0  # how much worse a corner may be told along one direction than along the other
 SPACING = 12  # px between picked points
 NOISE = 2.0  # grey levels, what a phone or a codec leaves
@@ -64,46 +64,55 @@ def picture_noise(grey: np.ndarray) -> float:
 
 
 def pick_points(
-    video: Video | str | Path, count: int = 12, *, start: int = 0, still: bool = False
+    video: Video | str | Path, count: int = 12, *, start: int = 0, static: np.ndarray | None = None
 ) -> np.ndarray:
     """Up to `count` points (n, 2) px of frame `start` where texture moves clearest, spread out.
 
     Corners are followed through the clip until the spectrum of some stands out of its noise.
-    `still=True` picks those that stay, as a reference for the camera. Raises RecordingError where
-    there is nothing to follow, or nothing moves.
+    Motion is that beside the mean one of `static` (s, 2) px, where given. Raises RecordingError
+    where there is nothing to follow, or nothing moves.
     """
     video = video if isinstance(video, Video) else open_video(video)
-    corners, moved = _moved(video, start, np.inf if still else LOOKED_AT)
-    stirred = _of_points(commotion, moved)
-    if still:
-        return _spread(corners, np.where(stirred == 0, 1.0, 0.0), count)
+    fixed = np.zeros((0, 2)) if static is None else np.asarray(static, float)
+    corners, moved = _moved(video, start, fixed)
     clear = _of_points(clarity, moved)
     if not (clear > 0).any():
-        clear = stirred
+        clear = _of_points(commotion, moved)
     if not (clear > 0).any():
         raise RecordingError(
             f"{video.path.name}: no motion in it; none of its {len(corners)} corners moves beyond "
             "the noise. Film the motion, or give the points."
         )
-    return _spread(corners, clear, count)
+    far = np.where(clear > 0, moved.std(axis=0).max(axis=1), 0)
+    return _spread(corners, np.where(far > LEAST_SHARE * far.max(), clear, 0), count)
 
 
-def _moved(video, start, enough) -> tuple[np.ndarray, np.ndarray]:
-    """Corners (m, 2) px and where they went (T, m, 2), until it is clear that some vibrate."""
-    moved, opening, corners, look = [], None, None, enough
+def _moved(video, start, fixed) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (m, 2) px and where they went (T, m, 2), until it is clear that some vibrate.
+
+    The mean motion of the points `fixed` (s, 2) px is taken off.
+    """
+    moved, opening, corners, look = [], None, None, LOOKED_AT
     frames = read_frames(video, start)
     for frame in frames:
         if opening is None:
-            opening, corners = frame.grey, _corners(frame.grey, video.path.name)
+            opening = frame.grey
+            corners = np.vstack([fixed, _corners(frame.grey, video.path.name)])
             moved.append(np.zeros_like(corners))
             continue
         moved.append(_displacement(opening, frame.grey, corners, moved[-1]))
         if len(moved) == look:
-            if (_of_points(clarity, np.array(moved)) > 0).any():
+            if (_of_points(clarity, _beside(moved, len(fixed))) > 0).any():
                 break
             look *= 2
     frames.close()
-    return corners, np.array(moved)
+    return corners[len(fixed) :], _beside(moved, len(fixed))
+
+
+def _beside(moved: list, fixed: int) -> np.ndarray:
+    """(T, m, 2) the motions but for the first `fixed` points, whose mean is taken off."""
+    whole = np.array(moved)
+    return whole[:, fixed:] - whole[:, :fixed].mean(axis=1, keepdims=True) if fixed else whole
 
 
 def _of_points(measure, moved: np.ndarray) -> np.ndarray:

@@ -8,8 +8,9 @@ import cv2
 import numpy as np
 import pytest
 
+from core.aliases import aliases
 from core.errors import RecordingError
-from core.ringdown_command import aliases, ringdown_command
+from core.ringdown_command import ringdown_command
 from core.video import open_video, read_frames
 from tests.core.clips import POINTS, Swing, film, store
 
