@@ -8,6 +8,7 @@ from .errors import RecordingError
 from .video import Video
 
 JITTER = 0.02  # of a frame: below it the stamps are a grid
+REAL = 0.05  # relative: stamps of so nearly the declared rate are instants of real time
 ROUNDED = 0.01  # relative: a declared rate this near to the container's may be a rounded number
 
 
@@ -44,7 +45,8 @@ def frame_times(stamps: np.ndarray, capture_fps: float) -> Clock:
     if (np.diff(number) > 0).all() and off.max() <= max(JITTER * step, 0.75 * _tick(steps)):
         return Clock(number / capture_fps, _gap_warning(np.diff(number)))
     usual = np.median(steps)
-    time = (stamps - stamps[0]) / (usual * capture_fps)
+    real = abs(usual * capture_fps - 1) < REAL  # else the clip plays slower than it was filmed
+    time = (stamps - stamps[0]) / (1 if real else step * capture_fps)
     spread = np.percentile(steps, [5, 95]) / usual
     warning = (
         f"variable frame rate: steps of {spread[0]:.2f} to {spread[1]:.2f} of the usual one. The "

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from .errors import RecordingError
-from .video_tags import capture_rate_tag
+from .video_tags import capture_rate_tag, shown_seconds
 
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # read once; its chatter names no remedy
 
@@ -147,25 +147,35 @@ def _capture(path: Path):
             f"{path.name}: not a video that can be read. Give an mp4, mov or avi, or a folder of "
             "pictures."
         )
+    capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 1)  # off by default, and phones are held upright
     return capture
 
 
 def _described(path: Path, capture) -> Video:
     good, picture = capture.read()
     if not good:
-        raise RecordingError(f"{path.name}: it holds no frame that can be read. Film again.")
+        raise RecordingError(
+            f"{path.name}: no frame of it can be decoded (its codec is {_codec(capture)}). Save it "
+            "as H.264, such as by: ffmpeg -i IN -c:v libx264 -crf 12 -fps_mode passthrough OUT.mp4"
+        )
     if not capture.grab():
         raise RecordingError(
             f"{path.name}: it holds one frame; {FEWEST_FRAMES} are needed at least. Film longer."
         )
     rate, count = capture.get(cv2.CAP_PROP_FPS), capture.get(cv2.CAP_PROP_FRAME_COUNT)
-    return Video(
-        path,
-        (picture.shape[1], picture.shape[0]),
-        float(rate) if np.isfinite(rate) and 0 < rate < 1e5 else None,
-        int(count) if 0 < count < 1e8 else 0,
-        capture_rate_tag(path),
-    )
+    rate = float(rate) if np.isfinite(rate) and 0 < rate < 1e5 else None
+    count = int(count) if 0 < count < 1e8 else 0
+    shown = shown_seconds(path)
+    if rate is not None and shown is not None:
+        count = min(count, round(shown * rate))
+    size = (picture.shape[1], picture.shape[0])
+    return Video(path, size, rate, count, capture_rate_tag(path))
+
+
+def _codec(capture) -> str:
+    letters = int(capture.get(cv2.CAP_PROP_FOURCC)).to_bytes(4, "little", signed=True)
+    name = letters.decode("ascii", "replace").strip("\0 ")
+    return name if name.isprintable() and name else "unknown"
 
 
 def _open_pictures(path: Path) -> Video:

@@ -1,4 +1,4 @@
-"""The capture rate that some phones write into an mp4 or mov beside its playback rate.
+"""What an mp4 or mov says beside its pictures: the capture rate of some phones, and a trim.
 
 Source: Apple, QuickTime File Format Specification (moov/meta/keys and ilst atoms); Android's
 MediaRecorder writes com.android.capture.fps there as a 32-bit float.
@@ -16,13 +16,23 @@ LARGEST = 1 << 26  # bytes of a `moov` atom: a minute of film needs some ten tho
 
 def capture_rate_tag(path: str | Path) -> float | None:
     """Frames/s of real time that the file's own metadata give, None where they say nothing."""
+    return _asked(path, _rate)
+
+
+def shown_seconds(path: str | Path) -> float | None:
+    """s that are shown of the video track, where an edit list says so: a clip trimmed on a phone
+    still holds, and counts, the frames that were cut away."""
+    return _asked(path, _edited)
+
+
+def _asked(path: str | Path, question) -> float | None:
     if Path(path).suffix.lower() not in CONTAINERS:
         return None
     try:
         with Path(path).open("rb") as file:
             moov = _find_in_file(file, b"moov")
-        return _rate(moov) if moov else None
-    except (OSError, struct.error, UnicodeDecodeError):
+        return question(moov) if moov else None
+    except (OSError, struct.error, UnicodeDecodeError, ZeroDivisionError):
         return None  # a damaged tag says nothing; the pictures are read by another door
 
 
@@ -60,6 +70,21 @@ def _rate(moov: bytes) -> float | None:
             number = int.from_bytes(name_or_index, "big")
             if 0 < number <= len(keys) and keys[number - 1].endswith(b"capture.fps"):
                 return _number(dict(_atoms(entry)).get(b"data", b""))
+    return None
+
+
+def _edited(moov: bytes) -> float | None:
+    head = dict(_atoms(moov))[b"mvhd"]
+    (ticks,) = struct.unpack_from(">I", head, 20 if head[0] else 12)
+    for name, track in _atoms(moov):
+        inside = dict(_atoms(track)) if name == b"trak" else {}
+        kind = dict(_atoms(inside.get(b"mdia", b""))).get(b"hdlr", b"")[8:12]
+        edits = dict(_atoms(inside.get(b"edts", b""))).get(b"elst")
+        if kind == b"vide" and edits:
+            form = ">Qqi" if edits[0] else ">Iii"
+            size, count = struct.calcsize(form), struct.unpack_from(">I", edits, 4)[0]
+            rows = [struct.unpack_from(form, edits, 8 + size * k) for k in range(count)]
+            return sum(length for length, begins, _ in rows if begins >= 0) / ticks
     return None
 
 

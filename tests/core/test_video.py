@@ -130,8 +130,10 @@ def test_a_variable_rate_keeps_its_own_instants():
     steps = rng.uniform(0.8, 1.2, 200) / 30
     stamps = np.concatenate([[0], np.cumsum(steps)])
     clock = frame_times(stamps, 30.0)
-    assert np.allclose(clock.time * np.median(steps) * 30, stamps)
+    assert np.allclose(clock.time, stamps)
     assert "variable frame rate" in clock.warnings[0]
+    slowed = frame_times(8 * stamps, 30.0)  # played eight times slower than it was filmed
+    assert np.allclose(slowed.time, stamps, rtol=0.02, atol=1e-3)
 
 
 def test_slow_motion_is_timed_by_the_capture_rate_and_its_container_contradicts(tmp_path, pictures):
