@@ -18,6 +18,8 @@ from .interpolate import cross_blocks, gradient_at, interpolation, patch_means, 
 from .nearest import locate, nearest_face
 
 HAIR = 0.1  # edge lengths by which meshing may move a point off the pinned part of the surface
+LUMP = 7800.0  # kg/m3: what lumped masses are made of, which says how wide they sit
+FEWEST = 6  # points of the skin that a lumped mass sits on at least
 
 
 def assemble(
@@ -116,13 +118,40 @@ def loose_motions(model: ElasticModel) -> int:
     return {0: 3, 1: 1, 2: 0}[int(spread.sum())]
 
 
-def add_loads(model: ElasticModel, loads: tuple[Load, ...]) -> ElasticModel:
-    """The body with lumped masses fixed to it: M + Σ m NᵀN, N the motion of the load's place."""
+def add_loads(model: ElasticModel, loads: tuple[Load, ...], width: float = 1.0) -> ElasticModel:
+    """The body with lumped masses fixed to it: M + Σ m NᵀN, N the mean motion under the load.
+
+    `width` scales the patch that a load sits on.
+    """
     mass = model.mass
     for load in loads:
-        N = point_operator(model, load.position[None])
+        N = lump_operator(model, load.position[None], width * lump_radius(load.mass))
         mass = mass + load.mass * (N.T @ N)
     return replace(model, mass=mass.tocsr())
+
+
+def lump_radius(mass: float) -> float:
+    """m, of a sphere of that mass (kg): a case says where a lump sits, and never how wide."""
+    return (3 * mass / (4 * np.pi * LUMP)) ** (1 / 3)
+
+
+def lump_operator(model: ElasticModel, positions: np.ndarray, radius: float) -> sparse.csr_matrix:
+    """(3n, 3P): as `point_operator`, but the foot of each place is the mean over a patch.
+
+    Under a mass on a point the body gives way without limit as the mesh gets finer, and no pitch
+    converges; on a patch that all meshes share they do (Johnson, Contact Mechanics, ch. 3).
+    """
+    skin, _, areas = surface_quadrature(model)
+    places = (skin @ model.points.ravel()).reshape(-1, 3)
+    corners = boundary(model.mesh).corners
+    face, weights, _ = nearest_face(positions, model.mesh.nodes, corners)
+    foot = np.einsum("nk,nki->ni", weights, model.mesh.nodes[corners[face]])
+    gap = np.linalg.norm(places - foot[:, None], axis=2)
+    least = 1.01 * np.partition(gap, FEWEST, axis=1)[:, FEWEST, None]
+    weight = areas * np.maximum(1 - (gap / np.maximum(radius, least)) ** 2, 0)
+    mean = sparse.csr_matrix(weight / weight.sum(axis=1, keepdims=True))
+    shift = each_axis(mean) @ skin - point_operator(model, foot)
+    return (point_operator(model, positions) + shift).tocsr()
 
 
 def point_operator(model: ElasticModel, positions: np.ndarray) -> sparse.csr_matrix:

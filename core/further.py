@@ -5,6 +5,7 @@ import numpy as np
 from .baseline import real_shapes
 from .body import Body
 from .channels import Channels
+from .data import RingDown, poles
 from .effects.further_mode import STRAY, further_mode
 from .harmonic_inversion import invert
 from .law import TimeFit
@@ -19,27 +20,31 @@ LOWEST = 0.9  # of the body's lowest pitch
 ALIKE = (0.3, 3.0)  # damping ratio over that of the known modes
 BODILY = 0.8  # share of its shape within those of the body's low modes
 SPAN = 12  # of them
+SPLIT = 0.15  # of the first pitch, within which a second one is `split_modes`' business
+QUIETLY = 1.3  # misfit per held-out sample up to which a ring-down tells all of a take
 EVIDENCE = 20.0  # gain in BIC of each
 ROUNDS = 2
 
 
-def with_further(found: TimeFit, match: Match, body: Body) -> TimeFit:
+def with_further(found: TimeFit, match: Match, body: Body, rings: tuple) -> TimeFit:
     """The fit with those further modes that are the body's own beyond doubt.
 
     A further mode that stays in the residual hides what acts in time, and no body has as few
     modes as were matched. What might be an overtone, a combination, a split pair, a steady line
-    or a companion of the strongest mode is left for the effects.
+    or a companion of the strongest mode is left for the effects; but where the `rings` (one a
+    take) foretell what was held out, nothing acts in time, and their poles are the body's.
     """
     if None in match.modes:
         return found
-    for _ in range(ROUNDS):
+    for attempt in range(ROUNDS):
         if found.chi2 < QUIET * found.samples:
             break
-        effects = [
-            further_mode(f, z)
-            for take in range(len(found.law.fitted))
-            for f, z in _poles(found, take, match, body)
-        ]
+        effects = []
+        for take, index in enumerate(found.law.fitted):
+            all_told = _told(found, take, match, body, rings[index]) if attempt == 0 else []
+            effects += [
+                further_mode(f, z) for f, z in all_told or _poles(found, take, match, body)
+            ]
         if not effects:
             break
         wider = _fitted(found, effects)
@@ -57,6 +62,42 @@ def with_further(found: TimeFit, match: Match, body: Body) -> TimeFit:
 def _fitted(found: TimeFit, effects: list) -> TimeFit:
     law, p = extend(found, tuple(effects), [e.starts(None, None)[0] for e in effects])
     return fit(law, p, evaluations=15)
+
+
+def _told(
+    found: TimeFit, take: int, match: Match, body: Body, ring: RingDown
+) -> list[tuple[float, float]]:
+    """(Hz, damping ratio) of the unmatched poles of a ring-down that tells all of a take.
+
+    None where it leaves more than noise, in the held-out part too, or where one of them is no
+    mode of a body.
+    """
+    law = found.law
+    data: Channels = law.takes[law.fitted[take]]
+    on = ~data.support
+    waves = np.exp(np.outer(data.time - ring.t0, poles(ring.frequency, ring.damping_ratio)))
+    left = ((data.values - (waves @ ring.amplitude).real - ring.offset) / data.sigma)[:, on]
+    if np.nanmean(left[data.fit] ** 2) > QUIETLY or (
+        not data.fit.all() and np.nanmean(left[~data.fit] ** 2) > QUIETLY
+    ):
+        return []
+    own = _pitches(law, found.parameters, take)
+    usual = np.median(found.damping_ratio)
+    paired = has_twin(match.modes, body.modes.frequency)
+    out = []
+    for f, z, amplitude in zip(ring.frequency, ring.damping_ratio, ring.amplitude, strict=True):
+        apart = np.abs(np.log(f / own))
+        if apart.min() < APART or (paired and apart[0] < SPLIT):
+            continue
+        shape = real_shapes(amplitude[None])[0][0][on]
+        if not (
+            ALIKE[0] * usual < z < ALIKE[1] * usual
+            and f > LOWEST * own[0] * body.modes.frequency[0] / body.modes.frequency[match.modes[0]]
+            and mac(shape, found.shapes[0, on]) < SAME
+        ):
+            return []
+        out.append((float(f), float(z)))
+    return out
 
 
 def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[float, float]]:

@@ -89,7 +89,7 @@ def hear(case: Case, bare: ElasticModel, find_release) -> Heard:
     setting = replace(free.law.setting, paired=has_twin(first.modes, computed))
     free = replace(free, law=replace(free.law, setting=setting))
     free = _with_partners(free, _gaps(first.modes, computed))
-    free = with_further(free, first, body)
+    free = with_further(free, first, body, rings)
     declared, damping = free, damping_law(case.declared)
     if damping != "free":
         declared = fit(replace(free.law, damping=damping), free.parameters, evaluations=40)
@@ -252,6 +252,7 @@ def _settled(ground: _Ground, chosen: list[RingDown], matches: dict[int, Match])
         heard, z = chosen[0].frequency, chosen[0].damping_ratio
         strayed = np.abs(np.log(found.frequency / heard)) > STRAY
         strayed |= found.damping_ratio > np.maximum(MUCH, 2 * z)
+        strayed |= np.abs(np.log(found.frequency / heard)) > _to_nearest(found.frequency)
         strayed[0] = False
         if not strayed.any():
             return found, turns, matches
@@ -261,6 +262,13 @@ def _settled(ground: _Ground, chosen: list[RingDown], matches: dict[int, Match])
             c: Match(tuple(m.poles[k] for k in kept), tuple(m.modes[k] for k in kept))
             for c, m in matches.items()
         }
+
+
+def _to_nearest(frequency: np.ndarray) -> np.ndarray:
+    """(K,) how far each mode's pitch lies from the nearest other one, in logarithms."""
+    gap = np.abs(np.log(frequency[:, None] / frequency))
+    np.fill_diagonal(gap, np.inf)
+    return gap.min(axis=1)
 
 
 def _informed(law: Law, ground: _Ground, matches, chosen):

@@ -15,6 +15,7 @@ from .varpro import Fit, Poles
 CHANCE = 1e-3  # of one false mode in a recording of white noise
 MATERIAL = 5e-3  # rms of the least mode worth a name, over that of all motion
 CLEARED = 0.99  # share of what was left, above which even a trifle is a mode
+MOST = 0.5  # share of what was left, above which a mode is one however badly it fits
 MISFIT = 1.6  # residual over noise, above which the recording is not a sum of modes alone
 MANY = 6  # channels, in which two modes of one body cannot look the same
 SAME_SHAPE = 0.9  # modal assurance criterion
@@ -84,14 +85,16 @@ def needed(record: Record, small: Model, large: Model, k: int | None) -> bool:
         record, (2 * channels + 2) if swings else (channels * steeper or channels + 1)
     )
     colour = inflation(large.fit, record.dt, large.fit.poles.omega[[k]])[0] if swings else 1.0
+    before = np.nansum(small.fit.residual**2)
+    less = before - np.nansum(large.fit.residual**2)
+    if swings and ratio >= least and less > MOST * before and not makeshift(record, large, k):
+        return True
     against = np.sum(record.size * (small.fit.noise**2 / large.fit.noise**2 - 1)) * free
     if ratio < least or max(against, ratio) < least * colour:
         return False
     if swings and makeshift(record, large, k):
         return False
     motion = np.nansum((record.y - np.nanmean(record.y, axis=0)) ** 2)
-    before = np.nansum(small.fit.residual**2)
-    less = before - np.nansum(large.fit.residual**2)
     return bool(less > MATERIAL**2 * motion or less > CLEARED * before)
 
 

@@ -18,6 +18,7 @@ from .eigen import factorize, improved_eigenpairs, lowest_eigenpairs
 from .elements import ELEMENTS
 from .elements.simplex import gradients
 from .interpolate import interpolation
+from .modes import solve_modes
 
 BEYOND, UNSURE = 0.35, 0.3  # of λ₂ - λ₃: how far the limit lies below λ₃
 FLOOR = 1e-3  # relative: what pins and rounding of the geometry leave open
@@ -106,6 +107,15 @@ def stiffening(
     limit = converged.values[partner]
     ratio = (2 * np.pi * modes.frequency) ** 2 / limit
     return ratio - 1, ratio * converged.sigma[partner] / limit
+
+
+def moved(model: ElasticModel, modes: Modes, other: ElasticModel) -> np.ndarray:
+    """|λ' / λ - 1| (m,) of each mode of `model` in another model on the same points."""
+    x = modes.shapes.reshape(-1, modes.shapes.shape[2])
+    there = solve_modes(other, x.shape[1])
+    alike = (x.T @ (model.mass @ there.shapes.reshape(x.shape))) ** 2
+    rows, columns = linear_sum_assignment(-alike)
+    return np.abs((there.frequency[columns] / modes.frequency[rows]) ** 2 - 1)
 
 
 def likeness(model: ElasticModel, modes: Modes, converged: Converged) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..data import Load
 from ..eigen import factorize
-from ..elasticity import add_loads, point_operator, surface_quadrature
+from ..elasticity import add_loads, lump_operator, lump_radius, surface_quadrature
 from .base import Effect, Family, Parameter, reduced_basis
 
 PLACES = 40  # on the surface, far apart
@@ -38,7 +38,9 @@ def _family(body, solve, search, depth: int = 0):
     model = body.model
     places, sizes, giving, more = search
     factor = factorize(model.stiffness[model.free][:, model.free])
-    pushes = point_operator(model, giving)[:, model.free].T.toarray()
+    own = body.bare.mesh.volume * body.bare.material.density
+    wide = lump_radius(own * np.exp(np.mean(sizes)))
+    pushes = lump_operator(model, giving, wide)[:, model.free].T.toarray()
     static = np.zeros((3 * len(model.points), pushes.shape[1]))
     static[model.free] = factor.solve(pushes)
     modes = body.modes.shapes.reshape(-1, body.modes.shapes.shape[2])
@@ -46,9 +48,8 @@ def _family(body, solve, search, depth: int = 0):
     basis = reduced_basis([modes, static[:, alive], *more], model.mass)
     K = basis.T @ (model.stiffness @ basis)
     M = np.eye(basis.shape[1])
-    operator = point_operator(model, places)
+    operator = lump_operator(model, places, wide)
     at = (operator @ basis).reshape(len(places), 3, -1)
-    own = body.bare.mesh.volume * body.bare.material.density
 
     def matrices(theta):
         N = at[int(theta[0])]
