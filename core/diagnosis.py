@@ -6,6 +6,7 @@ unexplained   something is there, and nothing known takes enough of it
 refused       the recording cannot decide
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -63,16 +64,19 @@ class Verdict:
         return self.chain[-1][1]
 
 
-def diagnose(declared: TimeFit, free: TimeFit) -> Verdict:
-    """Name what the declared fit lacks: a law of damping first, then an effect, or two."""
+def diagnose(declared: TimeFit, free: TimeFit, widen: Callable = lambda found: found) -> Verdict:
+    """Name what the declared fit lacks: a law of damping first, then an effect, or two.
+
+    `widen` (TimeFit -> TimeFit) adds the body's modes that a fit with an effect lays bare.
+    """
     why = _undecidable(free)
     if why:
         return Verdict("refused", ((None, declared),), (), (), (), (), why)
     lacking = find_damping(declared, free)
     if lacking is None:
-        return _diagnose(declared)
+        return _diagnose(declared, widen)
     damping, twins = lacking
-    then = _diagnose(damping.found)
+    then = _diagnose(damping.found, widen)
     first = ((None, declared), (damping.names[0], damping.found))
     return replace(
         then,
@@ -108,7 +112,7 @@ def _undecidable(found: TimeFit) -> str:
     return ""
 
 
-def _diagnose(declared: TimeFit) -> Verdict:
+def _diagnose(declared: TimeFit, widen: Callable) -> Verdict:
     chain = ((None, declared),)
     over = excess(declared)
     if over < MATERIAL and declared.chi2 < QUIET * declared.samples and not _fails(declared):
@@ -121,6 +125,7 @@ def _diagnose(declared: TimeFit) -> Verdict:
         minor = tuple((c.names[0], gained(declared, c.found)) for c in strong)
         return Verdict("adequate", chain, (), (), ranked, minor)
     strong = [c for c in strong if gained(declared, c.found) >= MATERIAL or _shows(c, declared)]
+    strong = _widened(strong, declared, widen)
     if strong and sufficient(strong[0], ENOUGH):
         if _broken(declared, strong[0]):
             return Verdict("unexplained", chain, (), (), ranked, ())
@@ -135,6 +140,18 @@ def _diagnose(declared: TimeFit) -> Verdict:
         chain += ((partial[0].names[0], partial[0].found),)
     twins = tuple(twins_of(c, strong) for c in partial)
     return Verdict("unexplained", chain, partial, twins, ranked, ())
+
+
+def _widened(strong: list[Candidate], declared: TimeFit, widen: Callable) -> list[Candidate]:
+    """The candidates, those near the best with the modes that they lay bare."""
+    near = [c for c in strong[:RIVALS] if c.evidence >= NEARLY * strong[0].evidence]
+    out = strong[len(near) :]
+    for c in near:
+        if c.found.chi2 > NOISY * c.found.samples and not c.found.law.effects[-1].given:
+            wider = judge(c.names, widen(c.found), declared)
+            c = wider if wider.evidence > c.evidence else c
+        out.append(c)
+    return sorted(out, key=lambda c: -c.evidence)
 
 
 def more_modes(declared: TimeFit) -> bool:

@@ -33,6 +33,7 @@ CLEAR = 6.0  # misfit per piece above which no known effect is a finding in itse
 OUTWEIGHS = 3.0  # body's misfit over that in time, above which the latter decides nothing
 BENT = 0.95  # MAC below which a computed shape is not the measured one
 SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
+BIASED = 0.5  # of the most that the effects in time moved a pitch by, that all may still be off
 PULLED = 3.0  # standard deviations beyond which a prediction keeps to the model
 
 
@@ -120,7 +121,8 @@ def _ground(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     K, body = final.law.modes, heard.body
     j = list(heard.match.modes)
     spread = np.sqrt(np.maximum(np.diag(final.covariance)[:K], 0) * inflation(final))
-    error = np.sqrt(spread**2 + (0.5 * sigma[j]) ** 2 + PITCH_FLOOR**2)
+    bias = BIASED * np.abs(np.log(final.frequency / heard.declared.frequency)).max()
+    error = np.sqrt(spread**2 + bias**2 + (0.5 * sigma[j]) ** 2 + PITCH_FLOOR**2)
     samples = max(int(data.fit.sum()), 1)
     size = np.abs(final.shapes).max(axis=1, keepdims=True)
     swing = np.array([u.std() for u in final.motions[0].T])

@@ -26,13 +26,16 @@ EVIDENCE = 20.0  # gain in BIC of each
 ROUNDS = 2
 
 
-def with_further(found: TimeFit, match: Match, body: Body, rings: tuple) -> TimeFit:
+def with_further(
+    found: TimeFit, match: Match, body: Body, rings: tuple = (), at: int | None = None
+) -> TimeFit:
     """The fit with those further modes that are the body's own beyond doubt.
 
     A further mode that stays in the residual hides what acts in time, and no body has as few
     modes as were matched. What might be an overtone, a combination, a split pair, a steady line
     or a companion of the strongest mode is left for the effects; but where the `rings` (one a
     take) foretell what was held out, nothing acts in time, and their poles are the body's.
+    `at`: the place among the law's effects where they go, the last by default.
     """
     if None in match.modes:
         return found
@@ -41,17 +44,18 @@ def with_further(found: TimeFit, match: Match, body: Body, rings: tuple) -> Time
             break
         effects = []
         for take, index in enumerate(found.law.fitted):
-            all_told = _told(found, take, match, body, rings[index]) if attempt == 0 else []
-            effects += [
-                further_mode(f, z) for f, z in all_told or _poles(found, take, match, body)
-            ]
+            all_told = (
+                _told(found, take, match, body, rings[index]) if rings and not attempt else []
+            )
+            effects += [further_mode(f, z) for f, z in all_told or _poles(found, take, match, body)]
         if not effects:
             break
-        wider = _fitted(found, effects)
-        kept = [e for e, theta in zip(effects, wider.theta[-len(effects) :], strict=True)
+        place = len(found.law.effects) if at is None else at
+        wider = _fitted(found, effects, place)
+        kept = [e for e, theta in zip(effects, wider.theta[place:], strict=False)
                 if abs(theta[0][0]) < 0.98 * STRAY and 2e-4 < theta[0][1] < 0.38]  # fmt: skip
         if kept and len(kept) < len(effects):
-            wider = _fitted(found, kept)
+            wider = _fitted(found, kept, place)
         price = (wider.unknowns - found.unknowns) * np.log(wider.samples)
         if not kept or found.chi2 - wider.chi2 < price + EVIDENCE * len(kept):
             break
@@ -59,8 +63,8 @@ def with_further(found: TimeFit, match: Match, body: Body, rings: tuple) -> Time
     return found
 
 
-def _fitted(found: TimeFit, effects: list) -> TimeFit:
-    law, p = extend(found, tuple(effects), [e.starts(None, None)[0] for e in effects])
+def _fitted(found: TimeFit, effects: list, at: int) -> TimeFit:
+    law, p = extend(found, tuple(effects), [e.starts(None, None)[0] for e in effects], at)
     return fit(law, p, evaluations=15)
 
 

@@ -3,6 +3,7 @@
 import os
 import time
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,9 @@ from .data import Case, ElasticModel, Motion, TetMesh
 from .diagnosis import Verdict, diagnose, errors
 from .elasticity import add_loads
 from .findings import Findings, examine
+from .further import with_further
 from .joint import Heard, hear
+from .law import TimeFit
 from .play import motion
 from .ringdown import find_release
 from .signatures import budget
@@ -73,7 +76,7 @@ def calibrate_case(
     bare = bare_model(case, mesh, element)
     heard = hear(case, bare, find_release)
     say(0.5, "Looking for what the model lacks")
-    verdict = diagnose(heard.declared, heard.free)
+    verdict = diagnose(heard.declared, heard.free, widen=partial(_widen, heard))
     say(0.8, "Comparing pitches and shapes")
     stiff, sigma = _stiffening(case, mesh, heard)
     findings = examine(heard, verdict, stiff, sigma)
@@ -101,6 +104,10 @@ def calibrate_case(
         budget_after=budget(final),
         left_after=final.chi2 / max(heard.declared.chi2, 1e-300),
     )
+
+
+def _widen(heard: Heard, found: TimeFit) -> TimeFit:
+    return with_further(found, heard.match, heard.body, at=len(found.law.effects) - 1)
 
 
 def _stiffening(case: Case, mesh: TetMesh, heard: Heard) -> tuple[np.ndarray, np.ndarray]:

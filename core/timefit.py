@@ -276,10 +276,16 @@ def _support(law: Law, p: np.ndarray) -> np.ndarray:
     return barred > 0
 
 
-def extend(found: TimeFit, effects: tuple[Effect, ...], thetas: list) -> tuple[Law, np.ndarray]:
-    """The same law with more effects, and its parameters to start from."""
-    law = replace(found.law, effects=found.law.effects + effects)
-    return law, np.r_[found.parameters, np.concatenate([np.asarray(t, float) for t in thetas])]
+def extend(
+    found: TimeFit, effects: tuple[Effect, ...], thetas: list, at: int | None = None
+) -> tuple[Law, np.ndarray]:
+    """The same law with more effects, last or from place `at` on, and where to start from."""
+    old = found.law.effects
+    at = len(old) if at is None else at
+    law = replace(found.law, effects=old[:at] + effects + old[at:])
+    inner = [*found.theta[:at], *(np.asarray(t, float)[None] for t in thetas), *found.theta[at:]]
+    outer = found.parameters[: sum(found.law.sizes()[:2])]
+    return law, np.concatenate([outer, *(t[0] for t in inner)])
 
 
 def trajectories(found: TimeFit, time: np.ndarray) -> tuple[np.ndarray, list]:
