@@ -9,8 +9,10 @@ from .data import RingDown, poles, seal
 from .deflection import deflection_covariance
 from .errors import RecordingError
 from .harmonic_inversion import fit_poles, invert
+from .match import select
 from .ringdown import find_release
 from .shutter import at_once, rows_of
+from .sift import sift
 from .track import Tracks, relative_to, track
 from .track_clarity import clarity, commotion
 from .track_points import pick_points
@@ -86,14 +88,16 @@ def modes_of(tracks: Tracks, clip: Video, capture_fps: float, *, readout=0.0) ->
     late = readout * rows_of(flat[free], tracks.points.ravel(), clip.size[1]) if readout else None
     pole = poles(everywhere.frequency, everywhere.damping_ratio)
     everywhere = replace(everywhere, amplitude=at_once(everywhere.amplitude, pole, late))
+    modes, told = sift(found, capture_fps)
+    found, everywhere = select(found, tuple(modes)), select(everywhere, tuple(modes))
     doubted = doubted_rate(clip, capture_fps)
     folds = tuple(
         tuple(aliases(f, z, capture_fps, doubted=doubted))
         for f, z in zip(found.frequency, found.damping_ratio, strict=True)
     )
-    warnings = tracks.warnings + found.warnings + _senseless(found, capture_fps)
+    warnings = tracks.warnings + found.warnings + told + _senseless(found, capture_fps)
     warnings += fold_warnings(found, folds, capture_fps)
-    return VideoModes(tracks, everywhere, covariance, channels, stop, folds, warnings)
+    return VideoModes(tracks, everywhere, covariance[modes], channels, stop, folds, warnings)
 
 
 def _clearest(tracks: Tracks, flat: np.ndarray, clip: Video) -> np.ndarray:

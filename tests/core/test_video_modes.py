@@ -143,3 +143,18 @@ def test_points_are_picked_where_something_moves_beside_the_static_ones(tmp_path
     report = ringdown_command(path, 60.0, static=STATIC[:1])
     at = [one["pixel"][0] for one in report["modes"][0]["deflection"]]
     assert len(at) > 4 and min(at) > SIZE[0] / 2 - 20  # a window reaches 15 px
+
+
+def test_tones_and_overtones_are_named_and_are_no_modes():
+    truth = 20 * amplitudes()
+    tracks = planted(truth, 0.05, seed=3, frames=500)
+    time = tracks.time[:, None, None]
+    hum = np.array([0.4, -0.3]) * np.sin(2 * np.pi * 21.3 * time)
+    over = 0.8 * (np.exp(3 * POLES[0] * time) * 1j).real
+    both = Tracks(time[:, 0, 0], tracks.values + hum + over, tracks.sigma, PLACES, tracks.frames)
+    modes = modes_of(both, CLIP, FPS)
+    assert np.allclose(np.sort(modes.ringdown.frequency), F, rtol=1e-3)
+    (told,) = [w for w in modes.warnings if "no mode of a free swing" in w]
+    assert "21.3 Hz is not seen to decay" in told
+    assert "18 Hz is an overtone" in told
+    assert len(modes_of(tracks, CLIP, FPS).warnings) == 0
