@@ -9,6 +9,7 @@ import numpy as np
 
 STILL = 0.1  # of the neighbours' change: below it a picture may be a copy of the one before
 SMOOTHER = 0.25  # of the roughness: what a reading must leave at most to be believed
+FEWEST, RARE = 3, 200  # copies, and frames to one, below which none was put in for a playback rate
 AROUND = 4  # frames on either side that are looked at
 
 
@@ -29,7 +30,8 @@ def doubled_frames(
             copies[k] = True
             went_on.append(rough[1])
             stood_still.append(rough[2])
-    return copies, bool(np.sum(stood_still) < np.sum(went_on))
+    regular = copies.sum() >= max(FEWEST, len(time) / RARE)  # else a codec left a frame as it was
+    return copies, bool(regular and np.sum(stood_still) < np.sum(went_on))
 
 
 def without_copies(time: np.ndarray, copies: np.ndarray, stood_still: bool) -> np.ndarray:

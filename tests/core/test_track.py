@@ -238,6 +238,13 @@ def test_doubled_frames_are_left_out_and_the_clock_is_that_of_the_motion(tmp_pat
     assert any("3 doubled frames" in warning for warning in tracks.warnings)
 
 
+def test_a_single_copy_does_not_stop_the_clock(tmp_path):
+    swing = Swing(rate=0.35, turn=0, stretch=0)
+    instants = np.array([k - (k >= 30) for k in FRAMES], float)
+    tracks = track(store(tmp_path, film(swing, instants)), POINTS, capture_fps=30)
+    assert tracks.time[-1] == pytest.approx(FRAMES[-1] / 30)
+
+
 def test_turning_points_are_no_doubled_frames(tmp_path):
     swing = Swing(rate=2 * np.pi / 8, turn=0, stretch=0)
     times = FRAMES + 0.5  # two frames either side of every turning point look the same
