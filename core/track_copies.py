@@ -9,7 +9,8 @@ import numpy as np
 
 STILL = 0.1  # of the neighbours' change: below it a picture may be a copy of the one before
 SMOOTHER = 0.25  # of the roughness: what a reading must leave at most to be believed
-FEWEST, RARE = 3, 200  # copies, and frames to one, below which none was put in for a playback rate
+CLEARLY = 0.3  # of the other reading's roughness, for time to have stood still: a codec that leaves
+# a frame as it was is common, and stops no clock
 AROUND = 4  # frames on either side that are looked at
 
 
@@ -30,8 +31,7 @@ def doubled_frames(
             copies[k] = True
             went_on.append(rough[1])
             stood_still.append(rough[2])
-    regular = copies.sum() >= max(FEWEST, len(time) / RARE)  # else a codec left a frame as it was
-    return copies, bool(regular and np.sum(stood_still) < np.sum(went_on))
+    return copies, bool(np.sum(stood_still) < CLEARLY * np.sum(went_on))
 
 
 def without_copies(time: np.ndarray, copies: np.ndarray, stood_still: bool) -> np.ndarray:

@@ -8,6 +8,7 @@ import pytest
 
 from core.errors import Cancelled, RecordingError
 from core.track import relative_to, track
+from core.track_copies import doubled_frames
 from core.track_points import pick_points
 from tests.core.clips import POINTS, SIZE, Swing, Texture, film, store
 
@@ -238,11 +239,16 @@ def test_doubled_frames_are_left_out_and_the_clock_is_that_of_the_motion(tmp_pat
     assert any("3 doubled frames" in warning for warning in tracks.warnings)
 
 
-def test_a_single_copy_does_not_stop_the_clock(tmp_path):
-    swing = Swing(rate=0.35, turn=0, stretch=0)
-    instants = np.array([k - (k >= 30) for k in FRAMES], float)
-    tracks = track(store(tmp_path, film(swing, instants)), POINTS, capture_fps=30)
-    assert tracks.time[-1] == pytest.approx(FRAMES[-1] / 30)
+def test_a_frame_that_a_codec_left_as_it_was_stops_no_clock():
+    t = np.arange(40.0)
+    rng = np.random.default_rng(0)
+    change, stopped = np.where(t == 20, 0.001, 1.0), []
+    for noise in (0.0, 0.05):
+        moved = np.sin(0.8 * (t - (t > 20) * 0.6))[:, None, None] * np.ones((40, 3, 2))
+        moved[20] = moved[19]  # its neighbours speak neither for going on nor for standing still
+        moved = moved + noise * rng.standard_normal(moved.shape)
+        stopped.append(doubled_frames(t, moved, change)[1])
+    assert not any(stopped)
 
 
 def test_turning_points_are_no_doubled_frames(tmp_path):
