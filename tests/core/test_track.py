@@ -243,8 +243,8 @@ def test_a_frame_that_a_codec_left_as_it_was_stops_no_clock():
     t = np.arange(40.0)
     rng = np.random.default_rng(0)
     change, stopped = np.where(t == 20, 0.001, 1.0), []
-    for noise in (0.0, 0.05):
-        moved = np.sin(0.8 * (t - (t > 20) * 0.6))[:, None, None] * np.ones((40, 3, 2))
+    for noise in (0.0, 0.02):
+        moved = np.sin(0.8 * (t - (t > 20) * 0.75))[:, None, None] * np.ones((40, 3, 2))
         moved[20] = moved[19]  # its neighbours speak neither for going on nor for standing still
         moved = moved + noise * rng.standard_normal(moved.shape)
         stopped.append(doubled_frames(t, moved, change)[1])
