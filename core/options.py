@@ -3,6 +3,7 @@
 import argparse
 import math
 import os
+import re
 import tomllib
 from pathlib import Path
 
@@ -14,6 +15,10 @@ LONGEST = 40  # characters of what was given that a message repeats
 
 class Parser(argparse.ArgumentParser):
     """An argument parser that raises CaseError, where argparse prints its usage and exits."""
+
+    def __init__(self, *args, **kwargs):
+        super().__init__(*args, **kwargs)
+        self._negative_number_matcher = re.compile(r"-\.?\d")  # -5,60 is a value, no option
 
     def error(self, message: str):
         """Raises CaseError, one line."""

@@ -13,7 +13,7 @@ from .data import seal
 from .errors import RecordingError
 from .noise_floor import noise_floor
 from .track_clock import check_rate, frame_times, rate_warnings
-from .track_copies import copies_warning, doubled_frames, without_copies
+from .track_copies import copies_warning, doubled_frames, first_hole, without_copies
 from .track_follow import State, begin, follow
 from .track_points import check_points
 from .track_recording import track_recording
@@ -163,9 +163,8 @@ def _keep(seen: _Seen, frame, first, state: State) -> None:
 
 def _tracks(video, first, seen: _Seen, capture_fps, warnings) -> Tracks:
     cut = ended_early(video, seen.index[-1] + 1) if seen.ended and seen.index else None
-    if cut:  # of the last frame only a part may be there
-        for column in (seen.index, seen.stamp, seen.change, seen.position, seen.residual):
-            column.pop()
+    if cut:
+        cut = _whole_part(video, seen, cut)
     if len(seen.index) < FEWEST_FRAMES:
         raise RecordingError(
             f"{video.path.name}: {len(seen.index)} frames; {FEWEST_FRAMES} are needed at least, "
@@ -185,6 +184,21 @@ def _tracks(video, first, seen: _Seen, capture_fps, warnings) -> Tracks:
     sigma = _at_least_the_floor(clock.time, values, np.maximum(sigma, LEAST_SIGMA))
     tracks = Tracks(clock.time, values, sigma, first.points, np.array(seen.index), warnings)
     return _without_copies(tracks, np.array(seen.change))
+
+
+def _whole_part(video, seen: _Seen, cut: str) -> str:
+    """Drop what follows a hole in a damaged clip, or its last frame, which may be a part; say so."""
+    count = len(seen.index)
+    hole = first_hole(np.array(seen.change), np.array(seen.position))
+    for column in (seen.index, seen.stamp, seen.change, seen.position, seen.residual):
+        del column[hole - 1 :]
+    if hole == count:
+        return cut
+    return (
+        f"{video.path.name}: the file is damaged: only {count} of {video.count} frames could be "
+        f"read, and some are missing after frame {hole - 2}. What comes before was used; copy the "
+        "clip again."
+    )
 
 
 def _at_least_the_floor(time, values, sigma) -> np.ndarray:

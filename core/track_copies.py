@@ -11,6 +11,7 @@ STILL = 0.1  # of the neighbours' change: below it a picture may be a copy of th
 SMOOTHER = 0.25  # of the roughness: what a reading must leave at most to be believed
 CLEARLY = 0.3  # of the other reading's roughness, for time to have stood still: a codec that leaves
 # a frame as it was is common, and stops no clock
+TORN, HOLE = 2.5, 12  # times, and frames: a change above all those near it
 AROUND = 4  # frames on either side that are looked at
 
 
@@ -39,6 +40,23 @@ def without_copies(time: np.ndarray, copies: np.ndarray, stood_still: bool) -> n
     if stood_still:
         time = time - np.median(np.diff(time)) * np.cumsum(copies)
     return time[~copies]
+
+
+def first_hole(change: np.ndarray, values: np.ndarray) -> int:
+    """The first frame that differs from the one before far more than any near it do: a hole.
+
+    change (T,) grey levels, values (T, n, 2) px; len(change) where there is none.
+    """
+    steps = np.hypot(*np.diff(values, axis=0).transpose(2, 0, 1))
+    known = np.isfinite(steps).any(axis=1)
+    speed = np.zeros(len(change))
+    speed[1:][known] = np.nanmedian(steps[known], axis=1)
+    for k in range(1, len(change)):
+        for series in (change, speed):
+            near = np.r_[series[max(1, k - HOLE) : k], series[k + 1 : k + HOLE + 1]]
+            if near.size and series[k] > TORN * max(near.max(), 1e-9):
+                return k
+    return len(change)
 
 
 def copies_warning(copies: np.ndarray, stood_still: bool) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 from .errors import RecordingError
 from .track_clarity import clarity, commotion
 from .track_template import RADIUS, SIDE, make_templates
-from .video import Video, open_video, read_frames
+from .video import FEWEST_FRAMES, Video, open_video, read_frames
 
 WORST = 0.1  # px: a point whose place such noise blurs more is featureless
 LOOKED_AT = 240  # frames after which, and after twice as many, motion is looked for
@@ -37,10 +37,11 @@ def check_points(grey: np.ndarray, points: np.ndarray) -> tuple[str, ...]:
     best, worst = blur_of_place(grey, points)
     for k in np.flatnonzero(best > WORST):
         u, v = points[k]
+        tells = f"to {best[k]:.2g} px at best" if best[k] < SIDE else "to no pixel"
         raise RecordingError(
             f"point {k + 1} at ({u:g}, {v:g}) px is featureless: the picture around it tells its "
-            f"place to {best[k]:.2g} px at best, {WORST} px are needed (contrast "
-            f"{_contrast(grey, points[k]):.2g} grey levels). Pick a corner, a dot or a speckle."
+            f"place {tells}, {WORST} px are needed (contrast {_contrast(grey, points[k]):.2g} grey "
+            "levels). Pick a corner, a dot or a speckle."
         )
     return tuple(
         f"point {k + 1} lies on a straight edge: along it one frame tells its place to "
@@ -106,6 +107,11 @@ def _moved(video, start, fixed) -> tuple[np.ndarray, np.ndarray]:
                 break
             look *= 2
     frames.close()
+    if len(moved) < FEWEST_FRAMES:
+        raise RecordingError(
+            f"{video.path.name}: {len(moved)} frames; {FEWEST_FRAMES} are needed at least, "
+            "and several periods to learn something. Film longer."
+        )
     return corners[len(fixed) :], _beside(moved, len(fixed))
 
 

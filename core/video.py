@@ -144,8 +144,8 @@ def _capture(path: Path):
         cv2.setLogLevel(level)
     if not capture.isOpened():
         raise RecordingError(
-            f"{path.name}: not a video that can be read. Give an mp4, mov or avi, or a folder of "
-            "pictures."
+            f"{path.name}: not a video, or too damaged to be read. Give an mp4, mov or avi, or a "
+            "folder of pictures."
         )
     capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 1)  # off by default, and phones are held upright
     return capture

@@ -78,7 +78,7 @@ def modes_of(tracks: Tracks, clip: Video, capture_fps: float, *, readout=0.0) ->
     free = (tracks.time >= start - 1e-9) & (tracks.time <= stop + 1e-9)
     time = tracks.time[free]
     found = invert(time, flat[free][:, channels], max_modes=MOST_MODES)
-    _check_modes(clip, found, np.ptp(time))
+    _check_modes(clip, found, np.ptp(time), tracks.warnings)
     enough = np.isfinite(flat[free]).sum(axis=0) >= FEWEST_FRAMES
     everywhere = fit_poles(
         time, flat[free][:, enough], found.frequency, found.damping_ratio, fit=False
@@ -105,8 +105,8 @@ def _clearest(tracks: Tracks, flat: np.ndarray, clip: Video) -> np.ndarray:
     clear = clear if clear.any() else commotion(flat)
     if not clear.any():
         raise RecordingError(
-            f"{clip.path.name}: no motion in it; {len(tracks.points)} points were followed and "
-            f"none moves beyond the noise of {np.nanmedian(tracks.sigma):.2g} px. Film the motion "
+            f"{clip.path.name}: no motion in it; of {len(tracks.points)} followed points none "
+            f"moves beyond the noise of {np.nanmedian(tracks.sigma):.2g} px. Film the motion "
             "closer, or pick points that move."
         )
     order = np.argsort(-clear, kind="stable")[:CHANNELS]
@@ -125,17 +125,20 @@ def _well_seen(tracks: Tracks) -> Tracks:
     )
 
 
-def _check_modes(clip: Video, found: RingDown, seconds: float) -> None:
+def _check_modes(clip: Video, found: RingDown, seconds: float, warnings) -> None:
+    damage = "".join(f" {said}" for said in warnings if "damaged" in said)
     if not len(found.frequency):
         raise RecordingError(
             f"{clip.path.name}: something moves, but no decaying vibration was found in "
-            f"{seconds:.3g} s. Film a free swing: pluck it, let go, and keep filming."
+            f"{seconds:.3g} s. Film a free swing of two periods or more: pluck it, let go, and "
+            f"keep filming.{damage}"
         )
     periods = seconds * found.frequency[0]
     if periods < PERIODS:
         raise RecordingError(
             f"{clip.path.name}: {seconds:.3g} s after the onset hold {periods:.2g} periods of its "
-            f"{found.frequency[0]:.3g} Hz; {PERIODS:g} are needed at least. Film longer."
+            f"{found.frequency[0]:.3g} Hz; {PERIODS:g} are needed at least. Film "
+            f"longer.{damage}"
         )
 
 

@@ -92,6 +92,24 @@ def test_a_clip_cut_off_is_used_as_far_as_it_goes_and_says_so(tmp_path, pictures
     assert any("could be read; the file is damaged" in warning for warning in tracks.warnings)
 
 
+def test_of_a_clip_that_is_damaged_in_the_middle_the_whole_part_is_used(tmp_path, pictures):
+    path = store(tmp_path, pictures, "MJPG")
+    data = bytearray(path.read_bytes())
+    at = int(0.6 * len(data))
+    noise = np.random.default_rng(0).integers(0, 255, len(data) // 8, np.uint8)
+    data[at : at + len(noise)] = noise.tobytes()
+    path.write_bytes(data)
+    tracks = track(path, POINTS, capture_fps=30)
+    assert 15 < len(tracks.time) < 26
+    assert np.allclose(tracks.time, FRAMES[: len(tracks.time)] / 30)
+    error = tracks.values - Swing().places(POINTS, tracks.frames)
+    assert np.sqrt(np.nanmean(error**2)) < 0.03
+    assert any(
+        "some are missing after frame 22. What comes before" in warning
+        for warning in tracks.warnings
+    )
+
+
 def test_a_hole_in_a_clip_is_a_hole_in_time(tmp_path, pictures):
     path = store(tmp_path, pictures)
     for k in (13, 14, 30):
