@@ -8,6 +8,7 @@ import bpy
 import numpy as np
 
 from ..core.errors import CaseError, RecordingError
+from ..core.import_tracks import blender_pixels, foreign, import_tracks
 from . import read
 
 REST = 0.1  # of a recording: its last part, where the object has come to rest
@@ -45,13 +46,19 @@ def clip_tracks(clip: bpy.types.MovieClip, names: list[str] | None = None) -> Se
     pixels = np.full((frames.max() - first + 1, len(names), 2), np.nan)
     width, height = clip.size
     for k, marker in samples:
-        pixels[marker.frame - first, k] = marker.co[0] * width, (1 - marker.co[1]) * height
-    pixels -= 0.5  # Blender counts from the corner
+        pixels[marker.frame - first, k] = marker.co
+    pixels = blender_pixels(pixels, (width, height))
     return Seen(names, np.arange(first, frames.max() + 1), pixels)
 
 
 def table_tracks(path: Path) -> Seen:
     """All tracks of a .csv; two axes are pixels, three metres. Raises RecordingError, one line."""
+    if foreign(path):
+        found = import_tracks(path)
+        at = np.arange(len(found.values)) if found.frames is None else found.frames.astype(int)
+        values = np.full((at[-1] - at[0] + 1, len(found.names), 2), np.nan)
+        values[at - at[0]] = found.values
+        return Seen(list(found.names), np.arange(len(values)), values, found.time)
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             rows = [row for row in csv.reader(file) if row]

@@ -11,9 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
+from .case_fields import suggestion
 from .data import seal
 from .errors import RecordingError
+from .tracks_csv import Tracks
 
+PAIRS = (["x", "y"], ["pixelx", "pixely"])  # the second are Tracker's own pixels
 LIKELY = 0.6  # DeepLabCut's own customary cut: a sample below it was guessed
 
 
@@ -31,6 +34,35 @@ class ImportedTracks:
         seal(self, "values", float, (None, len(self.names), 2), finite=False)
 
 
+def foreign(path: Path) -> bool:
+    """Whether the table at `path` has the form of one of the three programs."""
+    try:
+        return _kind(_rows(path)) != ""
+    except RecordingError:
+        return False
+
+
+def tracks_of(path: Path, names: tuple[str, ...], size, rate: float | None) -> Tracks:
+    """Another program's table as tracks (T, n, 2) px of the markers `names`, in their order.
+
+    Frame numbers become seconds by `rate` frames/s, so that missing rows are gaps in time. Raises
+    RecordingError as `import_tracks`, and for a marker that the table lacks.
+    """
+    found = import_tracks(path, size)
+    for name in names:
+        if name not in found.names:
+            raise RecordingError(
+                f"{path.name}: no track is named {name}. {suggestion(name, found.names)}"
+            )
+    time = found.time
+    if time is None and rate is not None and found.frames is not None:
+        time = (found.frames - found.frames[0]) / rate
+    others = [name for name in found.names if name not in names]
+    said = (f"{path.name}: tracks of no [[marker]], left out: {', '.join(others)}.",)
+    values = found.values[:, [found.names.index(name) for name in names]]
+    return Tracks(time, values, said if others else ())
+
+
 def import_tracks(path: str | Path, size: tuple[int, int] | None = None) -> ImportedTracks:
     """The tracks in the CSV at `path`, whichever of the three programs wrote it.
 
@@ -39,14 +71,13 @@ def import_tracks(path: str | Path, size: tuple[int, int] | None = None) -> Impo
     """
     path = Path(path)
     rows = _rows(path)
-    head = [cell.strip().lower() for cell in rows[0]]
-    if head[0] == "scorer" or (len(rows) > 2 and rows[1][0].strip().lower() == "bodyparts"):
+    kind = _kind(rows)
+    if kind == "deeplabcut":
         return _deeplabcut(path, rows)
-    if {"name", "frame", "x", "y"} <= set(head):
-        return _blender(path, rows, head, size)
-    row = next((k for k, cells in enumerate(rows[:3]) if _is_tracker(cells)), None)
-    if row is not None:
-        return _tracker(path, rows, row)
+    if kind == "blender":
+        return _blender(path, rows, [cell.strip().lower() for cell in rows[0]], size)
+    if kind == "tracker":
+        return _tracker(path, rows, next(k for k in range(3) if _is_tracker(rows[k])))
     raise RecordingError(
         f"{path.name}: its header is {', '.join(rows[0][:6])}; tracks of Blender (name, frame, x, "
         "y), Tracker (t, x, y) or DeepLabCut (scorer, bodyparts, coords) are known. Rename columns."
@@ -61,6 +92,15 @@ def blender_pixels(shares: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     width, height = size
     shares = np.asarray(shares, float)
     return np.stack([shares[..., 0] * width - 0.5, (1 - shares[..., 1]) * height - 0.5], -1)
+
+
+def _kind(rows) -> str:
+    head = [cell.strip().lower() for cell in rows[0]]
+    if head[0] == "scorer" or (len(rows) > 2 and rows[1][0].strip().lower() == "bodyparts"):
+        return "deeplabcut"
+    if {"name", "frame", "x", "y"} <= set(head):
+        return "blender"
+    return "tracker" if any(_is_tracker(cells) for cells in rows[:3]) else ""
 
 
 def _rows(path: Path) -> list[list[str]]:
@@ -138,14 +178,19 @@ def _blender(path: Path, rows, head, size) -> ImportedTracks:
 
 def _is_tracker(cells) -> bool:
     names = [cell.strip().lower() for cell in cells]
-    return names[0] in ("t", "frame", "time") and names[1:3] == ["x", "y"]
+    return names[0] in ("t", "frame", "time") and names[1:3] in PAIRS
 
 
 def _tracker(path: Path, rows, head: int) -> ImportedTracks:
-    """Columns t, x, y [, x, y ...]; a row above the header may name the points."""
+    """Columns t, x, y [, x, y ...]; a row above the header may name the points.
+
+    Tracker itself puts one point's name above the time.
+    """
     titles = [cell.strip().lower() for cell in rows[head]]
-    us = [k for k in range(1, len(titles) - 1) if titles[k : k + 2] == ["x", "y"]]
+    us = [k for k in range(1, len(titles) - 1) if titles[k : k + 2] in PAIRS]
     above = [cell.strip() for cell in rows[head - 1]] if head else []
+    if above and not any(above[1:]):
+        above[1:2] = [above[0]]
     names = tuple(
         (above[u] if u < len(above) and above[u] else f"point_{k + 1}") for k, u in enumerate(us)
     )

@@ -8,6 +8,7 @@ import numpy as np
 from .case_fields import suggestion
 from .data import Camera, Marker, Recording
 from .errors import CaseError
+from .import_tracks import foreign, tracks_of
 from .tracks_csv import Tracks, read_tracks
 
 ASTRAY = 2.0  # of the object's diagonal: no track of the object can be so far from its rest place
@@ -48,9 +49,13 @@ def read_recording(fields: dict, where: str, scene: Scene, progress=None) -> Rec
 
 def _from_tracks(fields: dict, where: str, scene: Scene) -> Recording:
     path = beside(scene.folder, fields["tracks"], f"{where} tracks")
-    tracks = read_tracks(path, tuple(marker.name for marker in scene.markers))
+    names, rate = tuple(marker.name for marker in scene.markers), fields["capture_fps"]
+    if foreign(path):  # Blender's, Tracker's or DeepLabCut's own form
+        size = scene.camera.image_size if scene.camera else None
+        tracks = tracks_of(path, names, size, rate)
+    else:
+        tracks = read_tracks(path, names)
     flat = tracks.values.shape[2] == 2
-    rate = fields["capture_fps"]
     if flat and scene.camera is None:
         raise CaseError(f"{path.name} is in pixels and the table [camera] is missing. Add it.")
     if rate is None and (flat or tracks.time is None):

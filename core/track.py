@@ -27,11 +27,10 @@ from .track_template import (
 )
 from .video import FEWEST_FRAMES, Video, ended_early, frame_at, open_video, read_frames
 
-__all__ = ["Tracks", "relative_to", "track", "track_recording"]
+__all__ = ["Tracks", "track", "track_recording"]
 
 SAMPLED = 7  # every so many frames the residuals' correlation is looked at
 LEAST_SIGMA = 1e-4  # px
-TURNS = 3  # reference points from which a turn and a zoom of the camera are read
 ENOUGH = 48  # frames in which the noise floor of a track can be told
 REPORT = 20  # frames between two calls of progress
 
@@ -80,46 +79,6 @@ def track(
     report = _reporter(video, capture_fps, stop, progress)
     seen = _follow_all(video, first, opening.grey, (capture_fps, stop), report)
     return _tracks(video, first, seen, capture_fps, warnings)
-
-
-def relative_to(tracks: Tracks, reference: np.ndarray) -> Tracks:
-    """The tracks without the camera's shake, as the static points `reference` (n,) bool show it.
-
-    The mean motion of the reference points is taken out, and with three or more their turn and
-    scale about the mean; the reference points themselves are left out, their noise goes along.
-    Raises RecordingError where no reference is seen.
-    """
-    reference = np.asarray(reference, bool)
-    if not reference.any() or reference.all():
-        raise RecordingError(
-            f"camera shake: {reference.sum()} of {len(reference)} points are static references; "
-            "at least one, and one other, are needed."
-        )
-    flat = tracks.values[..., 0] + 1j * tracks.values[..., 1]
-    rest = tracks.points[:, 0] + 1j * tracks.points[:, 1]
-    steady, added = np.full_like(flat, np.nan), np.full(flat.shape, np.nan)
-    for k, row in enumerate(flat):
-        known = reference & np.isfinite(row)
-        if known.any():
-            turn, shift, lever = _similarity(rest[known], row[known], rest)
-            steady[k] = (row - shift) / turn
-            added[k] = np.sqrt(np.mean(tracks.sigma[k, known] ** 2)) * lever
-    values = np.stack([steady.real, steady.imag], -1)[:, ~reference]
-    sigma = np.hypot(tracks.sigma, added)[:, ~reference]
-    return replace(tracks, values=values, sigma=sigma, points=tracks.points[~reference])
-
-
-def _similarity(rest, seen, at) -> tuple[complex, complex, np.ndarray]:
-    """Turn-and-scale a and shift b of seen = a rest + b, and what noise 1 of `seen` is worth `at`.
-
-    Least squares; a = 1 for fewer than three points, whose noise would turn the picture.
-    """
-    middle, there = rest.mean(), seen.mean()
-    spread = np.sum(np.abs(rest - middle) ** 2)
-    turns = len(rest) >= TURNS and spread > 1
-    turn = np.vdot(rest - middle, seen - there) / spread if turns else 1.0
-    lever = np.sqrt(1 / len(rest) + (np.abs(at - middle) ** 2 / spread if turns else 0))
-    return turn, there - turn * middle, lever * np.ones(len(at))
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +146,7 @@ def _tracks(video, first, seen: _Seen, capture_fps, warnings) -> Tracks:
 
 
 def _whole_part(video, seen: _Seen, cut: str) -> str:
-    """Drop what follows a hole in a damaged clip, or its last frame, which may be a part; say so."""
+    """Drop what follows a hole in a damaged clip, else its last frame, which may be a part."""
     count = len(seen.index)
     hole = first_hole(np.array(seen.change), np.array(seen.position))
     for column in (seen.index, seen.stamp, seen.change, seen.position, seen.residual):

@@ -13,9 +13,10 @@ from .match import select
 from .ringdown import find_release
 from .shutter import at_once, rows_of
 from .sift import sift
-from .track import Tracks, relative_to, track
+from .track import Tracks, track
 from .track_clarity import clarity, commotion
 from .track_points import pick_points
+from .track_steady import relative_to
 from .video import FEWEST_FRAMES, Video
 
 CHANNELS = 8  # that the modes are read from, the clearest; more tell the same again

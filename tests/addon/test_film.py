@@ -132,3 +132,14 @@ def test_points_in_one_place_give_no_scale(rd, film, block, clip):
     block.ringdown.recording.length, block.ringdown.recording.length_px = 0.2, 50
     table = film.camera(bpy.context, block, film.rest_pixels(block))
     assert np.isclose(table["metres_per_pixel"], 0.2 / 50)
+
+
+def test_a_table_of_another_program_is_read_with_its_gaps(rd, film, tmp_path):
+    path = tmp_path / "dlc.csv"
+    path.write_text(
+        "scorer,n,n,n\nbodyparts,tip,tip,tip\ncoords,x,y,likelihood\n4,10,20,1\n6,12,22,0.9\n"
+    )
+    seen = film.table_tracks(path)
+    assert seen.names == ["tip"]
+    assert seen.pixels[[0, 2], 0].tolist() == [[10, 20], [12, 22]]
+    assert np.isnan(seen.pixels[1]).all()

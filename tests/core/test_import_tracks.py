@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from core.errors import RecordingError
+from core.case import read_case
+from core.errors import CoreError, RecordingError
 from core.import_tracks import import_tracks
 
 
@@ -59,6 +60,52 @@ def test_trackers_tables_have_times_or_frames_and_names_above(tmp_path):
     assert two.names == ("left", "right")
     assert two.frames.tolist() == [0, 1]
     assert two.values[1].tolist() == [[2, 3], [4, 5]]
+
+
+CASE = """\
+name = "beam"
+[object]
+mesh = "beam.obj"
+density = 1070.0
+[[pin]]
+vertices = [0, 2, 3]
+[recording]
+tracks = "tracks.csv"
+capture_fps = 50.0
+[camera]
+kind = "orthographic"
+metres_per_pixel = 0.001
+right = [1, 0, 0]
+down = [0, 0, -1]
+principal_point = [100, 50]
+image_size = [200, 100]
+[[marker]]
+name = "tip"
+position = [0.1, 0, 0]
+"""
+FORMS = {  # a tip at (110, 20) px, then (111, 21), a frame missing, (113, 23)
+    "deeplabcut": "scorer,n,n,n\nbodyparts,tip,tip,tip\ncoords,x,y,likelihood\n"
+    "7,110,20,1\n8,111,21,1\n10,113,23,1\n",
+    "blender": "name,frame,x,y\n"
+    + "".join(f"tip,{7 + k},{(110.5 + k) / 200},{1 - (20.5 + k) / 100}\n" for k in (0, 1, 3)),
+    "tracker": "tip,,\nframe,pixelx,pixely\n7,110,20\n8,111,21\n10,113,23\n",
+    "own": "time,tip.u,tip.v\n0,110,20\n0.02,111,21\n0.06,113,23\n",
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_case_takes_tracks_in_the_form_of_other_programs(tmp_path, form):
+    (tmp_path / "beam.obj").write_text(
+        "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+    )
+    (tmp_path / "case.toml").write_text(CASE)
+    written(tmp_path, FORMS[form])
+    recording = read_case(tmp_path).takes[0].recording
+    assert np.allclose(recording.values[:, 0], [[110, 20], [111, 21], [113, 23]])
+    assert np.allclose(recording.time, [0, 0.02, 0.06])
+    (tmp_path / "case.toml").write_text(CASE.replace('"tip"', '"tipp"'))
+    with pytest.raises(CoreError, match=r"tracks\.csv: .*tip"):
+        read_case(tmp_path)
 
 
 @pytest.mark.parametrize(

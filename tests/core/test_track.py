@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from core.errors import Cancelled, RecordingError
-from core.track import relative_to, track
+from core.track import track
 from core.track_copies import doubled_frames
 from core.track_points import pick_points
+from core.track_steady import relative_to
 from tests.core.clips import POINTS, SIZE, Swing, Texture, film, store
 
 FRAMES = np.arange(50)
