@@ -69,9 +69,21 @@ def test_points_need_not_be_given_and_the_preview_shows_more_motion(tmp_path):
 def test_what_is_seen_near_half_the_rate_may_be_a_fold():
     assert aliases(122.0, 0.0, 250.0)[0] == pytest.approx(128.0)
     assert aliases(30.0, 0.0, 1000.0) == []
+    slow, fork = 0.1, 128.0  # a fork at 127.9 frames/s looks like a body that hardly swings
+    ratio = 4e-4 * fork / np.hypot(slow, 4e-4 * fork)
+    assert fork == pytest.approx(aliases(np.hypot(slow, 4e-4 * fork), ratio, fork - slow)[1])
+    assert aliases(30.0, 0.0, 1000.0, doubted=True)[:2] == pytest.approx([970, 1030])
     decay = 5.0  # Hz: the envelope is sampled as it is, only the oscillation folds
     seen, true = np.hypot(100, decay), np.hypot(150, decay)
     assert true == pytest.approx(aliases(seen, decay / seen, 250.0)[0])
+
+
+def test_a_file_that_plays_faster_than_declared_makes_every_pitch_doubtful(tmp_path):
+    path = store(tmp_path, film(OneMode(), range(160), noise=2), "MJPG", fps=120)
+    (mode,) = ringdown_command(path, FPS / 2, POINTS)["modes"]
+    natural = np.hypot(OMEGA, DECAY) * FPS / 2
+    assert mode["aliases_hz"][0] == pytest.approx(FPS / 2 - natural / (2 * np.pi), rel=0.01)
+    assert ringdown_command(path, FPS, POINTS)["modes"][0]["aliases_hz"] == []
 
 
 def test_a_still_clip_and_a_clip_of_one_period_are_refused(tmp_path):
