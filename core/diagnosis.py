@@ -131,6 +131,8 @@ def _diagnose(declared: TimeFit, widen: Callable) -> Verdict:
             return Verdict("unexplained", chain, (), (), ranked, ())
         return _add_second(chain, strong, ranked, over)
     both = [c for c in pairs(declared, strong) if sufficient(c, ENOUGH_BOTH)]
+    if both and _broken(declared, both[0]):
+        return Verdict("unexplained", chain, (), (), ranked, ())
     if both:
         return _two(chain, both, ranked)
     if over < WEAK and more_modes(declared):

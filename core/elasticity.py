@@ -136,22 +136,28 @@ def lump_radius(mass: float) -> float:
 
 
 def lump_operator(model: ElasticModel, positions: np.ndarray, radius: float) -> sparse.csr_matrix:
-    """(3n, 3P): as `point_operator`, but the foot of each place is the mean over a patch.
+    """(3n, 3P): as `point_operator`, of what sits on a patch of surface and turns with it.
 
     Under a mass on a point the body gives way without limit as the mesh gets finer, and no pitch
     converges; on a patch that all meshes share they do (Johnson, Contact Mechanics, ch. 3).
+    Places (n, 3) m deeper inside than the patch's `radius` (m) keep their own motion.
     """
-    skin, _, areas = surface_quadrature(model)
-    places = (skin @ model.points.ravel()).reshape(-1, 3)
-    corners = boundary(model.mesh).corners
-    face, weights, _ = nearest_face(positions, model.mesh.nodes, corners)
-    foot = np.einsum("nk,nki->ni", weights, model.mesh.nodes[corners[face]])
+    x = np.asarray(positions, float).reshape(-1, 3)
+    skin = boundary(model.mesh)
+    face, weights, depth = nearest_face(x, model.mesh.nodes, skin.corners)
+    foot = np.einsum("nk,nki->ni", weights, model.mesh.nodes[skin.corners[face]])
+    on, _, areas = surface_quadrature(model)
+    places = (on @ model.points.ravel()).reshape(-1, 3)
     gap = np.linalg.norm(places - foot[:, None], axis=2)
     least = 1.01 * np.partition(gap, FEWEST, axis=1)[:, FEWEST, None]
-    weight = areas * np.maximum(1 - (gap / np.maximum(radius, least)) ** 2, 0)
-    mean = sparse.csr_matrix(weight / weight.sum(axis=1, keepdims=True))
-    shift = each_axis(mean) @ skin - point_operator(model, foot)
-    return (point_operator(model, positions) + shift).tocsr()
+    share = areas * np.maximum(1 - (gap / np.maximum(radius, least)) ** 2, 0)
+    share /= share.sum(axis=1, keepdims=True)
+    turn = patch_means(skin, face, foot) @ rotation_operator(model, skin)
+    lever = cross_blocks(-(x - share @ places)) @ turn
+    operator = each_axis(sparse.csr_matrix(share)) @ on + lever
+    inside = (locate(x, model.mesh.nodes, model.mesh.tets)[0] >= 0) & (depth > radius)
+    keep = sparse.diags(np.repeat(inside.astype(float), 3))
+    return ((operator - keep @ operator) + keep @ point_operator(model, x)).tocsr()
 
 
 def point_operator(model: ElasticModel, positions: np.ndarray) -> sparse.csr_matrix:

@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2 as chi2_law
 
-from .diagnosis import Verdict, errors
+from .camera_layer import camera_effects, true_frequency
+from .diagnosis import MATERIAL, Verdict, errors
 from .elasticity import gravity_force, static
 from .joint import Heard
 from .law import TimeFit
@@ -33,7 +34,7 @@ CLEAR = 6.0  # misfit per piece above which no known effect is a finding in itse
 OUTWEIGHS = 3.0  # body's misfit over that in time, above which the latter decides nothing
 BENT = 0.95  # MAC below which a computed shape is not the measured one
 SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
-BIASED = 0.5  # of the most that the effects in time moved a pitch by, that all may still be off
+BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
 PULLED = 3.0  # standard deviations beyond which a prediction keeps to the model
 
 
@@ -54,6 +55,7 @@ class Findings:
     ] = ()  # effects in time that the found change of the body makes needless
     mesh_pitch: dict | None = None  # computed mode -> Hz at 1 Pa with the effect
     stiffer: float = 1.0  # dynamic over static stiffness of the first mode
+    minor: tuple = ()  # (name, share of the motion) of the camera's effects that are too small
 
     def mesh_frequency(self, own: float, j: int) -> float:
         """Hz at 1 Pa of computed mode j with the found effect of the body in it."""
@@ -71,6 +73,26 @@ class Findings:
 
 
 def examine(heard: Heard, verdict: Verdict, stiff: np.ndarray, sigma: np.ndarray) -> Findings:
+    """What pitches, shapes and rest places say beside the time layer's verdict."""
+    found = _examine_body(heard, verdict, stiff, sigma)
+    if verdict.verdict == "refused":
+        return found
+    seen = camera_effects(heard, verdict)
+    large = [one for one in seen if one.share >= MATERIAL]
+    if not large:
+        return replace(found, minor=tuple((o.effect["name"], o.share) for o in seen))
+    rows = [] if found.before or verdict.effects else [(None, *large[0].before)]
+    return replace(
+        found,
+        verdict="explained" if found.verdict == "adequate" else found.verdict,
+        effects=[*found.effects, *(one.effect for one in large)],
+        minor=tuple((o.effect["name"], o.share) for o in seen if o not in large),
+        before=found.before or (rows[0] if rows else None),
+        rows=(*found.rows, *((o.effect["name"], *errors(verdict.final)) for o in large if rows)),
+    )
+
+
+def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     """Compare the final fit's pitches and shapes with the body's, and name what would mend them."""
     plain = Findings(verdict.verdict, [], [], [], [], stiffer=1 / _softer(verdict.final))
     condition = heard.condition[verdict.final.law.fitted[0]]
@@ -138,7 +160,9 @@ def _ground(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         sag = np.where(data.support, 0.0, offset - data.rest)
         pull = gravity_force(body.model, case.takes[0].gravity)
         unit = body.seen(data, static(body.model, pull, 1.0)[:, :, None])[0]
-    measured = Measured(final.frequency, error, final.shapes, shape_error, sag, _softer(final))
+    measured = Measured(
+        true_frequency(heard, final), error, final.shapes, shape_error, sag, _softer(final)
+    )
     shrink = 1 / (1 + stiff)
     values = (2 * np.pi * body.modes.frequency) ** 2 * shrink
     base = compare(measured, values, body.seen(data), unit)

@@ -12,6 +12,7 @@ from .effects.partner import partner
 from .further import with_further
 from .harmonic_inversion import invert
 from .law import Law, TimeFit
+from .lens import straightened
 from .listen import listen
 from .match import PAIR, Match, align, has_twin, likeness, match_modes, pursue, select, turning
 from .residual import QUIET
@@ -77,6 +78,11 @@ def hear(case: Case, bare: ElasticModel, find_release) -> Heard:
     chosen = [_same_poles(takes[i], rings, i, condition, matches) for i in fitted]
     ground = _Ground(takes, condition, bodies, fitted)
     free, turns, matches = _settled(ground, chosen, matches)
+    straight = tuple(_straightened(ground, turns, i) for i in range(len(takes)))
+    if any(new is not old for new, old in zip(straight, takes, strict=True)):
+        takes, ground = straight, replace(ground, takes=straight)
+        chosen = [_same_poles(takes[i], rings, i, condition, matches) for i in fitted]
+        free, turns, matches = _settled(ground, chosen, matches)
     first = matches[condition[fitted[0]]]
     body = bodies[condition[fitted[0]]]
     if len(matches) == 1 and None not in first.modes:
@@ -94,6 +100,12 @@ def hear(case: Case, bare: ElasticModel, find_release) -> Heard:
     if damping != "free":
         declared = fit(replace(free.law, damping=damping), free.parameters, evaluations=40)
     return Heard(takes, rings, condition, bodies, first, turns, free, declared)
+
+
+def _straightened(ground: "_Ground", turns, index: int) -> Channels:
+    turn = turns[ground.condition[index]]
+    data, body = ground.takes[index], ground.bodies[ground.condition[index]]
+    return data if turn is None else straightened(data, body, turn)
 
 
 def _weak_modes(found: TimeFit, body: Body, match: Match) -> tuple[RingDown, Match] | None:
@@ -184,7 +196,7 @@ def _first_periods(data: Channels, ring: RingDown) -> Channels:
 
 def _match(data: Channels, ring: RingDown, body: Body) -> Match:
     chase = pursue(ring, data.time[data.fit], data.values[data.fit], data.sigma, late=data.late)
-    return match_modes(ring, chase, body.modes.frequency, body.seen(data))
+    return match_modes(ring, chase, body.modes.frequency, body.seen(data), 1 / data.frame)
 
 
 def _common(matches: dict[int, Match]) -> dict[int, Match]:

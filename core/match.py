@@ -6,11 +6,14 @@ import numpy as np
 
 from .baseline import real_shapes
 from .data import RingDown, poles
+from .effects.aliasing import is_folded, unfolded
 from .shutter import at_once
 
 PAIR = 0.015  # relative distance below which two computed modes count as a degenerate pair
 MOST = 8  # poles that are looked at as modes of the body
 DEAD = 0.5  # damping ratio above which a pole is no mode of the body that rings
+FOLDED = 5.0  # likeness in shape that one of relative pitch weighs, for a folded mode
+RARE = 0.1  # likeness that a folded mode must be better by
 HARMONIC = 0.04  # relative distance below which a pole is an overtone of a nonlinear mode
 
 
@@ -73,8 +76,12 @@ def pursue(ring: RingDown, time: np.ndarray, values: np.ndarray, sigma: np.ndarr
     return order, np.array(shapes), np.array(gains)
 
 
-def match_modes(ring: RingDown, chase: tuple, frequency: np.ndarray, shapes: np.ndarray) -> Match:
+def match_modes(
+    ring: RingDown, chase: tuple, frequency: np.ndarray, shapes: np.ndarray, rate: float = np.inf
+) -> Match:
     """Match `ring` to computed modes at any one modulus: frequency (m,), shapes (m, C).
+
+    `rate` is the frame rate: a computed mode above half of it is known by its fold.
 
     `chase` is what `pursue` gave. The modulus is unknown, so every computed mode is tried as the
     strongest measured one; the assignment with the best likeness in shape and in ratio of
@@ -91,7 +98,9 @@ def match_modes(ring: RingDown, chase: tuple, frequency: np.ndarray, shapes: np.
         scaled = frequency * (heard[0][0] / frequency[first])
         taken, modes, score = [0], [first], strength[0] * (alike - 0.03 * first)
         for k in range(1, len(order)):
-            j, quality = _partner(heard[k], [heard[i] for i in taken], modes, (scaled, shapes))
+            j, quality = _partner(
+                heard[k], [heard[i] for i in taken], modes, (scaled, shapes, rate)
+            )
             if j is not None:
                 taken.append(k)
                 modes.append(j)
@@ -104,7 +113,7 @@ def match_modes(ring: RingDown, chase: tuple, frequency: np.ndarray, shapes: np.
 def _partner(one, taken, modes, computed):
     """The free computed mode of a measured (frequency, shape), and how good it is, or None."""
     f, shape = one
-    frequency, shapes = computed
+    frequency, shapes, rate = computed
     for g, other in taken:
         overtone = any(abs(f / g / n - 1) < HARMONIC for n in (2, 3, 4, 5))
         if mac(shape, other) > 0.9 and (overtone or abs(f / g - 1) < 0.4):
@@ -114,10 +123,27 @@ def _partner(one, taken, modes, computed):
         near = [m for m in modes if abs(frequency[m] / frequency[j] - 1) < PAIR]
         if j in modes or near:
             continue
-        quality = likeness(shape, shapes, frequency, j) - abs(np.log(f / frequency[j]))
+        alike = likeness(shape, shapes, frequency, j)
+        quality = alike - abs(np.log(f / frequency[j]))
+        if is_folded(f, frequency[j], rate):
+            off = abs(unfolded(f, frequency[j], rate) / frequency[j] - 1)
+            quality = alike - FOLDED * off - RARE
         if quality > best:
             best, found = quality, j
     return found, best
+
+
+def true_pitches(
+    seen: np.ndarray, modes: tuple[int | None, ...], frequency: np.ndarray, rate: float
+) -> np.ndarray:
+    """(K,) Hz of the matched modes with those unfolded that the frame rate folded."""
+    if None in modes:
+        return seen
+    computed = frequency[list(modes)] * (seen[0] / frequency[modes[0]])
+    return np.array([
+        unfolded(f, c, rate) if is_folded(f, c, rate) else f
+        for f, c in zip(seen, computed, strict=True)
+    ])  # fmt: skip
 
 
 def has_twin(modes: tuple[int | None, ...], frequency: np.ndarray) -> bool:

@@ -11,6 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from . import __version__
 from .body import bare_model
+from .camera_layer import unfold
 from .case import read_case
 from .dac import apparent, material
 from .data import Case, ElasticModel, Motion, TetMesh
@@ -94,7 +95,7 @@ def calibrate_case(
     return Result(
         case=case,
         report=report,
-        motion=motion(heard, final, modulus),
+        motion=motion(heard, unfold(heard, final), modulus),
         time=data.time,
         measured=data.values.reshape(len(data.time), -1, d),
         predicted=final.predicted[final.law.fitted[0]].reshape(len(data.time), -1, d),
@@ -166,6 +167,7 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
                 "instead": findings.instead,
                 "ranking": findings.ranking,
                 "advice": findings.advice,
+                "minor": findings.minor,
                 "budget": findings.budget(budget(heard.declared)),
             },
         ),

@@ -221,7 +221,9 @@ def told_diagnosis(heard: Heard, verdict: Verdict, extra: dict) -> dict:
         "ranking": extra["ranking"] + ranking,
         "budget": extra["budget"],
         "advice": extra["advice"] + advise(names, twins, len(heard.match.modes), extra["verdict"]),
-        "minor": [{"name": n, "share": float(min(s, 1))} for n, s in verdict.minor],
+        "minor": [
+            {"name": n, "share": float(min(s, 1))} for n, s in (*verdict.minor, *extra["minor"])
+        ],
     }
 
 

@@ -202,6 +202,8 @@ def pairs(start: TimeFit, ranked: list[Candidate]) -> list[Candidate]:
         if single.evidence < EVIDENCE:
             break
         for candidate in singles(single.found, single.names, start, 4):
+            if candidate.found.chi2 > single.found.chi2:
+                continue  # more freedom cannot fit worse: the search went astray
             key = tuple(sorted(candidate.names))
             if key not in best or candidate.evidence > best[key].evidence:
                 best[key] = candidate

@@ -3,7 +3,9 @@
 from . import (
     added_mass,
     air_drag,
+    aliasing,
     asymmetric_stiffness,
+    clock,
     compliant_pin,
     contact,
     dry_friction,
@@ -42,11 +44,19 @@ MODAL_EFFECTS = (
     graded_stiffness.EFFECT,
     poisson_ratio.EFFECT,
     gravity_preload.EFFECT,
+    clock.EFFECT,
 )
 
 DAMPING = {law.EFFECT.name: law for law in (structural_damping, viscous_damping)}
 
+CAMERA_EFFECTS = (aliasing.EFFECT,)
+
 BY_NAME = {
     effect.name: effect
-    for effect in (*TIME_EFFECTS, *MODAL_EFFECTS, *(law.EFFECT for law in DAMPING.values()))
+    for effect in (
+        *TIME_EFFECTS,
+        *MODAL_EFFECTS,
+        *CAMERA_EFFECTS,
+        *(law.EFFECT for law in DAMPING.values()),
+    )
 }

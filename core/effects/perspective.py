@@ -1,17 +1,86 @@
-"""Motion towards the camera is seen as scale: the camera is nearer than was declared.
+"""What comes towards the camera is seen larger: the camera is nearer than was declared.
 
 Law         pixel = principal + (pixel - principal) / (1 - d/D), d the motion towards the camera
-Tells       a second harmonic at once (no dynamics), patterned by the place in the picture
+Tells       the rest places: what is nearer is further from the picture's middle, each marker
+            by its depth; and a second harmonic at once (no dynamics) with the same pattern
 Looks like  asymmetric_stiffness, whose second harmonic is filtered by the mode
 Source      Hartley and Zisserman, Multiple View Geometry (2004), 6.3: weak perspective's next term
 """
 
+from dataclasses import dataclass
+
 import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.stats import f as f_law
 
 from .base import Effect, Parameter
 
+POSE = 6  # numbers of an orthographic camera that is put a little wrong
+FREE = 3  # least coordinates beyond those and the distance
+CHANCE = 1e-4  # that misplaced markers look like a near camera
+MOST = 0.8  # share of the markers' misplacement that a near camera must take
+CLOSEST = 0.3  # of the depth's spread that the camera may be away, at least, as 1/slope
+DOUBTFUL = 4.0  # standard deviations
 ALIKE = 0.5  # least cosine between the squares' pattern and a near camera's
+FAINT = 0.3  # of the slope that the squares say, below which the rest places deny it
 NEAREST = 20.0  # amplitudes: no camera is nearer
+
+
+@dataclass(frozen=True)
+class Nearness:
+    """What the rest places say of the camera's distance."""
+
+    slope: float  # 1/m, one over the distance
+    sigma: float  # 1/m
+    certain: bool  # that it is near
+
+
+def nearness(data, offset: np.ndarray) -> Nearness | None:
+    """One over the camera's distance from where the markers rest; None where they cannot tell.
+
+    offset (C,) px: where each channel rests. A shift, a scale and a turn of the declared camera
+    are fitted along, so only what follows the depth counts.
+    """
+    camera = data.take.recording.camera
+    if camera is None or camera.kind != "orthographic":
+        return None
+    places = np.array([m.position for m in data.take.recording.markers])
+    z = places @ camera.rows[2]
+    z = z - z.mean()
+    p = data.rest.reshape(-1, 2)
+    p = p - p.mean(axis=0)
+    y = (offset - data.rest).reshape(-1, 2) + p
+    free = 2 * len(z) - POSE - 1
+    if free < FREE or not np.isfinite(y).all() or np.ptp(z) < 1e-3 * np.ptp(places, axis=0).max():
+        return None
+
+    def left(slope: float) -> np.ndarray:
+        q = p / (1 + slope * z)[:, None]
+        one, none = np.ones_like(z), np.zeros_like(z)
+        u = np.stack([q[:, 0], -q[:, 1], one, none, z, none], axis=1)
+        v = np.stack([q[:, 1], q[:, 0], none, one, none, z], axis=1)
+        A = np.vstack([u, v])
+        both = y.T.ravel()
+        return both - A @ np.linalg.lstsq(A, both, rcond=None)[0]
+
+    far = 1 / (CLOSEST * np.ptp(z)) / 10
+    best = minimize_scalar(
+        lambda s: (left(s) ** 2).sum(), bounds=(-far, far), method="bounded",
+        options={"xatol": 1e-6 * far},
+    ).x  # fmt: skip
+    rest, before = (left(best) ** 2).sum(), (left(0.0) ** 2).sum()
+    step = 1e-4 * far
+    change = (left(best + step) - left(best - step)) / (2 * step)
+    noise = np.mean(data.sigma**2) / data.fit.sum()
+    power = max((change**2).sum(), 1e-300)
+    sigma = np.sqrt(max(rest / free, noise) / power)
+    gain = before - rest
+    certain = (
+        best > DOUBTFUL * sigma
+        and gain > MOST * before
+        and f_law.sf(gain / max(rest / free, noise), 1, free) < CHANCE
+    )
+    return Nearness(float(best), float(sigma), bool(certain))
 
 
 def columns(theta, setting, time, u):
@@ -23,6 +92,9 @@ def columns(theta, setting, time, u):
 def veto(found):
     """The squares must follow the places in the picture as a near camera makes them."""
     setting, shape = found.law.setting, found.column_shapes()[-1]
+    law = found.law
+    offset = found.coefficients[:, law.own * law.conditions]
+    told = nearness(law.takes[law.fitted[0]], offset)
     if setting.towards is None:
         return ""
     seen, pattern = shape[:, 0], setting.towards
@@ -30,12 +102,15 @@ def veto(found):
     if power == 0 or seen @ pattern < ALIKE * power:
         return "the squares have another pattern"
     near = report((), setting, shape)["distance"]
+    if told is not None and told.slope + DOUBTFUL * told.sigma < FAINT / near:
+        return "the rest places show no near camera"
     return "" if near > NEAREST * setting.amplitude else "the camera would be inside the object"
 
 
 def requires(setting, takes):
-    """Only pixels can show it."""
-    return "" if takes[0].values.size and takes[0].take.recording.camera else "the tracks are 3-D"
+    """Only pixels can show it, of a camera that was declared to be far away."""
+    camera = takes[0].take.recording.camera
+    return "" if camera and camera.kind == "orthographic" else "the camera's place is known"
 
 
 def report(theta, setting, shape):

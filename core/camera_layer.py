@@ -1,0 +1,96 @@
+"""What the camera does to a recording that the time layer cannot tell: folds and a near lens."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .dac import SURE
+from .diagnosis import MATERIAL, Verdict, errors
+from .effects import perspective
+from .joint import Heard
+from .law import TimeFit
+from .match import true_pitches
+from .report import estimate
+from .residual import motion_rms, nrmse
+from .tell import inflation
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """One effect of the camera."""
+
+    effect: dict  # as the report gives it
+    share: float  # of the motion, rms
+    before: tuple[float, float] | None  # held-out and fitted error without it, where it changes
+
+
+def camera_effects(heard: Heard, verdict: Verdict) -> list[Seen]:
+    """Every effect of the camera that the final fit and the rest places show."""
+    return [*_folded(heard, verdict.final), *_near(heard, verdict)]
+
+
+def true_frequency(heard: Heard, found: TimeFit) -> np.ndarray:
+    """(K,) Hz natural, unfolded where the frame rate folded it."""
+    rate = 1 / found.law.takes[found.law.fitted[0]].frame
+    return true_pitches(found.frequency, heard.match.modes, heard.body.modes.frequency, rate)
+
+
+def unfold(heard: Heard, found: TimeFit) -> TimeFit:
+    """The fit with every folded mode at its true pitch, as a bake plays it."""
+    true, seen, K = true_frequency(heard, found), found.frequency, found.law.modes
+    p = found.parameters.copy()
+    a, _, _ = found.law.sizes()
+    rate = 1 / found.law.takes[found.law.fitted[0]].frame
+    for k in np.flatnonzero(true != seen):
+        p[k] = np.log(true[k])
+        if found.law.damping == "free":
+            p[K + k] *= seen[k] / true[k]
+        turns_back = abs((true[k] + seen[k]) / rate % 1 - 0.5) > 0.49
+        for take in range(len(found.law.fitted)):
+            if turns_back:  # n r - f runs through the same places the other way round
+                p[a + 2 * K * take + K + k] *= -1
+    return replace(found, parameters=p)
+
+
+def _folded(heard: Heard, found: TimeFit) -> list[Seen]:
+    law = found.law
+    data = law.takes[law.fitted[0]]
+    true, seen = true_frequency(heard, found), found.frequency
+    out = []
+    for k in np.flatnonzero(true != seen):
+        half = SURE * seen[k] * np.sqrt(found.covariance[k, k] * inflation(found))
+        wave = np.outer(found.motions[0][:, k], found.shapes[k])
+        share = np.sqrt(np.mean((wave / data.sigma)[data.fit] ** 2)) / motion_rms(law.takes)
+        without = list(found.predicted)
+        without[law.fitted[0]] = without[law.fitted[0]] - wave
+        told = {
+            "name": "aliasing",
+            "parameters": {"frequency": estimate(true[k], true[k] - half, true[k] + half, "Hz")},
+            "probability": 1.0,
+            "twins": [],
+        }
+        before = nrmse(law.takes, without, True), nrmse(law.takes, without, False)
+        out.append(Seen(told, float(share), before))
+    return sorted(out, key=lambda one: -one.share)[:1]
+
+
+def _near(heard: Heard, verdict: Verdict) -> list[Seen]:
+    final = verdict.final
+    index = final.law.fitted[0]
+    data = final.law.takes[index]
+    if heard.body.case.shape == "unloaded" and data.take.gravity is not None:
+        return []  # the weight moves the rest places too
+    if any(effect.name == "perspective" for effect in final.law.effects):
+        return []
+    offset = final.coefficients[:, final.law.own * final.law.conditions]
+    near = perspective.nearness(data, offset)
+    if near is None or not near.certain:
+        return []
+    low, high = (1 / max(near.slope + way * SURE * near.sigma, 1e-9) for way in (1, -1))
+    told = {
+        "name": "perspective",
+        "parameters": {"distance": estimate(1 / near.slope, low, high, "m")},
+        "probability": 1.0,
+        "twins": [],
+    }
+    return [Seen(told, MATERIAL, errors(final))]

@@ -1,0 +1,33 @@
+"""A pinhole's bend: what comes nearer is seen larger, which is no overtone of the body."""
+
+import numpy as np
+
+from .body import Body
+from .channels import Channels
+from .data import replace
+
+ALIKE = 0.05  # of the clearest shape: what the camera hardly sees apart is not told apart
+
+
+def straightened(data: Channels, body: Body, turn: np.ndarray) -> Channels:
+    """The take as it would be seen if displacements moved pixels in proportion.
+
+    How far the markers move in depth is read off the computed shapes (turn (m, K) from
+    `match.align`) that show best what the channels show (Hartley and Zisserman, Multiple View
+    Geometry, 2004, 6.1). Orthographic and 3-D takes are as they were.
+    """
+    camera = data.take.recording.camera
+    if camera is None or camera.kind == "orthographic":
+        return data
+    places = np.array([m.position for m in data.take.recording.markers])
+    shapes = body.modes.shapes @ turn
+    moved = (body.markers @ shapes.reshape(-1, turn.shape[1])).reshape(len(places), 3, -1)
+    seen = np.einsum("ci,cik->ck", data.directions, moved[data.marker])
+    seen[data.support] = 0
+    away = np.nan_to_num(data.values - np.nanmean(data.values, axis=0))
+    u = away @ np.linalg.pinv(seen, rcond=ALIKE).T
+    d = np.einsum("tk,nik->tni", u, moved)
+    d[:, data.support[:: data.rest.size // len(places)]] = 0
+    bent = camera.project((places + d).reshape(-1, 3)).reshape(len(d), -1) - data.rest
+    straight = np.einsum("ci,tci->tc", data.directions, d[:, data.marker])
+    return replace(data, values=data.values - (bent - straight))
