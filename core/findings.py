@@ -35,6 +35,8 @@ OUTWEIGHS = 3.0  # body's misfit over that in time, above which the latter decid
 BENT = 0.95  # MAC below which a computed shape is not the measured one
 SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
+SETTLED = 0.05  # of the sag: error of geometry, density and a creep that nothing shows
+CREPT = 0.15  # the same where a creep may be at work
 PULLED = 3.0  # standard deviations beyond which a prediction keeps to the model
 
 
@@ -161,12 +163,24 @@ def _ground(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         pull = gravity_force(body.model, case.takes[0].gravity)
         unit = body.seen(data, static(body.model, pull, 1.0)[:, :, None])[0]
     measured = Measured(
-        true_frequency(heard, final), error, final.shapes, shape_error, sag, _softer(final)
+        true_frequency(heard, final),
+        error,
+        final.shapes,
+        shape_error,
+        sag,
+        _softer(final),
+        CREPT if _creeps(verdict) else SETTLED,
     )
     shrink = 1 / (1 + stiff)
     values = (2 * np.pi * body.modes.frequency) ** 2 * shrink
     base = compare(measured, values, body.seen(data), unit)
     return None if base is None else Ground(body, data, measured, base, shrink, pull)
+
+
+def _creeps(verdict: Verdict) -> bool:
+    """Whether something moves the mean that may be a creep, which goes on after the recording."""
+    told = [c.names[-1] for c in verdict.effects] + [t for ts in verdict.twins for t in ts]
+    return "relaxation" in told
 
 
 def _softer(final: TimeFit) -> float:
@@ -240,7 +254,7 @@ def _told(best: Suspect, good: list[Suspect], ranked: list[Suspect]) -> dict:
 def _parameters(one: Suspect) -> dict:
     """Value and the range over all grid points within the 95 % region."""
     value = one.family.report(one.theta, one.hypothesis.modulus)
-    others = [one.family.report(theta, one.hypothesis.modulus) for theta in one.near] or [value]
+    others = [report for _, report in one.near]
     units = {p.name: p.unit for p in one.effect.parameters}
     out = {}
     for name, number in value.items():

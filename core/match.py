@@ -12,6 +12,8 @@ from .shutter import at_once
 PAIR = 0.015  # relative distance below which two computed modes count as a degenerate pair
 MOST = 8  # poles that are looked at as modes of the body
 DEAD = 0.5  # damping ratio above which a pole is no mode of the body that rings
+SPLIT = 0.15  # relative, up to which a degenerate pair is one that `split_modes` parts
+ACROSS = 0.3  # MAC below which two motions have other directions
 FOLDED = 5.0  # likeness in shape that one of relative pitch weighs, for a folded mode
 RARE = 0.1  # likeness that a folded mode must be better by
 HARMONIC = 0.04  # relative distance below which a pole is an overtone of a nonlinear mode
@@ -120,8 +122,7 @@ def _partner(one, taken, modes, computed):
             return None, 0.0
     best, found = 0.35, None
     for j in range(len(frequency)):
-        near = [m for m in modes if abs(frequency[m] / frequency[j] - 1) < PAIR]
-        if j in modes or near:
+        if j in modes or not _may_pair(one, j, taken, modes, frequency):
             continue
         alike = likeness(shape, shapes, frequency, j)
         quality = alike - abs(np.log(f / frequency[j]))
@@ -131,6 +132,16 @@ def _partner(one, taken, modes, computed):
         if quality > best:
             best, found = quality, j
     return found, best
+
+
+def _may_pair(one, j: int, taken, modes, frequency: np.ndarray) -> bool:
+    """Whether mode j is no partner of a matched one, or one that is pulled far off its pitch."""
+    f, shape = one
+    return all(
+        abs(np.log(f / g)) > SPLIT and mac(shape, other) < ACROSS
+        for (g, other), m in zip(taken, modes, strict=True)
+        if abs(frequency[m] / frequency[j] - 1) < PAIR
+    )
 
 
 def true_pitches(
@@ -159,7 +170,8 @@ def turning(modes: tuple[int | None, ...], frequency: np.ndarray) -> tuple[int, 
     return tuple(
         k
         for k, j in enumerate(modes)
-        if j is not None and (np.abs(frequency / frequency[j] - 1) < PAIR).sum() > 1
+        if j is not None
+        and any(i not in modes for i in np.flatnonzero(np.abs(frequency / frequency[j] - 1) < PAIR))
     )
 
 

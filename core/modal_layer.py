@@ -5,7 +5,7 @@ counts with its own error and the model's (from mesh convergence), a shape with 
 share by which computed shapes and marker places are trusted.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import eigh
@@ -15,16 +15,16 @@ from .body import Body
 from .channels import Channels
 from .effects import MODAL_EFFECTS
 from .effects.base import Effect, Family
+from .eigen import factorize
 from .match import PAIR
-from .modes import solve_modes
 
 PITCH_FLOOR = 0.004  # relative error of a computed pitch that convergence does not see
 SHAPE_FLOOR = 0.02  # of a shape's largest entry
 PIECES = 6.0  # independent pieces of evidence in one shape, however many channels show it
-CHOICES = 4  # places or axes whose numbers are refined
+CHOICES = 10  # places or axes whose numbers are refined
 LIMIT = 3.84  # rise of chi2 within which a parameter is not told from the best one, 95 %
 HALVINGS = 5  # of the step that looks for it
-SAG_FLOOR = 0.05  # of the sag: geometry, density and creep
+ITERATIONS = 3  # of a body's modes towards those of a changed one
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +37,7 @@ class Measured:
     shape_error: np.ndarray  # (K, C)
     sag: np.ndarray | None = None  # (C,) offset by which the weight moved the channels
     softer: float = 1.0  # static over dynamic stiffness, where a relaxation was found
+    sag_error: float = 0.05  # relative: geometry, density and creep
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +63,8 @@ class Suspect:
     theta: np.ndarray
     family: Family
     evidence: float
-    near: list = field(default_factory=list)  # other theta within the 95 % region
+    cost: float
+    near: list  # (cost, report) within the 95 % region
 
 
 def compare(measured: Measured, values, shapes, unit=None) -> Hypothesis | None:
@@ -73,12 +75,7 @@ def compare(measured: Measured, values, shapes, unit=None) -> Hypothesis | None:
     """
     own = np.sqrt(np.maximum(values, 1e-300)) / (2 * np.pi)
     best = None
-    alike = np.array(
-        [
-            [((q.T @ s) ** 2).sum() / (s @ s) for s in measured.shapes]
-            for q in (_span(shapes, own, j) for j in range(len(own)))
-        ]
-    )  # (m, K)
+    alike = _alike(measured.shapes, shapes, own)
     for first in range(min(len(own), 3)):
         partners = _partners(measured, own, alike, first)
         if partners is None:
@@ -102,9 +99,15 @@ def _partners(measured, own, alike, first) -> tuple[int, ...] | None:
     return tuple(taken)
 
 
-def _span(shapes, own, j):
-    pair = np.abs(own / own[j] - 1) < PAIR
-    return np.linalg.qr(shapes[pair].T)[0]
+def _alike(measured, shapes, own) -> np.ndarray:
+    """(m, K) MAC of every computed mode, or the pair that it belongs to, with measured (K, C)."""
+    power = (shapes**2).sum(axis=1)[:, None] * (measured**2).sum(axis=1)
+    alike = (shapes @ measured.T) ** 2 / np.maximum(power, 1e-300)
+    pairs = np.abs(own / own[:, None] - 1) < PAIR
+    for j in np.flatnonzero(pairs.sum(axis=1) > 1):
+        q, _ = np.linalg.qr(shapes[pairs[j]].T)
+        alike[j] = ((measured @ q) ** 2).sum(axis=1) / (measured**2).sum(axis=1)
+    return alike
 
 
 def _at_best_modulus(measured, own, shapes, partners, unit):
@@ -116,7 +119,7 @@ def _at_best_modulus(measured, own, shapes, partners, unit):
         size = (unit @ measured.sag) / (unit @ unit) * measured.softer  # 1/Pa times softer
         if size > 0:
             ratio = np.r_[ratio, -0.5 * np.log(size)]
-            weight = np.r_[weight, (SAG_FLOOR / 2) ** -2]
+            weight = np.r_[weight, (measured.sag_error / 2) ** -2]
     log_root = (weight @ ratio) / weight.sum()
     pull = (ratio - log_root) * np.sqrt(weight)
     modulus = float(np.exp(2 * log_root))
@@ -157,9 +160,10 @@ class Ground:
 def suspects(ground: Ground, names) -> list[Suspect]:
     """Every modal effect not in `names`, fitted; best evidence first."""
 
+    first = ground.body.modes.shapes.reshape(-1, ground.body.modes.shapes.shape[2])
+
     def solve(model, count):
-        shapes = solve_modes(model, min(count, model.free.size - 1)).shapes
-        return shapes.reshape(-1, shapes.shape[2])
+        return improved(model, first[:, :count])
 
     out = []
     for effect in MODAL_EFFECTS:
@@ -171,12 +175,43 @@ def suspects(ground: Ground, names) -> list[Suspect]:
     return sorted((s for s in out if s is not None), key=lambda s: -s.evidence)
 
 
+def improved(model, shapes: np.ndarray) -> np.ndarray:
+    """(3P, n) nearly the lowest modes of a model that is a little other than that of `shapes`.
+
+    Inverse iteration of the whole block: what is near a low mode turns into it (Bathe, Finite
+    Element Procedures, 11.6). The basis that they go into sorts out the rest.
+    """
+    free = model.free
+    factor = factorize(model.stiffness[free][:, free], np.repeat(model.points, 3, axis=0)[free])
+    mass, x = model.mass[free][:, free], shapes[free]
+    for _ in range(ITERATIONS):
+        x, _ = np.linalg.qr(factor.solve(mass @ x))
+    out = np.zeros_like(shapes)
+    out[free] = x
+    return out
+
+
 def _fit(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
-    found = _best(effect, family, ground)
-    while found is not None and family.nearer is not None:
+    found, told = _best(effect, family, ground), []
+    while found is not None:
+        told += found.near
+        if family.nearer is None:
+            break
         family = family.nearer(found.theta)
         found = _best(effect, family, ground) or found
-    return found
+    if found is None:
+        return None
+    level = found.cost + _wide(found.hypothesis, ground)
+    return replace(found, near=[(cost, report) for cost, report in told if cost <= level])
+
+
+def _wide(found: Hypothesis, ground: Ground) -> float:
+    """Rise of chi2 that is no more than chance, what the best fit leaves counted as noise."""
+    return LIMIT * max(1.0, found.chi2 / _pieces(ground))
+
+
+def _pieces(ground: Ground) -> float:
+    return len(ground.measured.frequency) * (1 + PIECES)
 
 
 def _best(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
@@ -184,19 +219,25 @@ def _best(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
     costs = np.array([look(theta)[1] for theta in family.grid])
     if not np.isfinite(costs).any():
         return None
-    theta = min(
-        (_refined(look, family, start) for start in _best_choices(family, costs)),
-        key=lambda t: look(t)[1],
-    )
+    tried = [_refined(look, family, start) for start in _best_choices(family, costs)]
+    tried = sorted(((look(theta)[1], theta) for theta in tried), key=lambda one: one[0])
+    wide = _wide(look(tried[0][1])[0], ground)
+    theta = tried[0][1]
+    if family.size is not None:  # of those that do equally well the least is the likeliest
+        equal = [t for c, t in tried if c <= tried[0][0] + wide / LIMIT]
+        theta = min(equal, key=family.size)
     found, cost = look(theta)
-    if found is None:
-        return None
-    pieces = len(ground.measured.frequency) * (1 + PIECES)
-    evidence = ground.base.chi2 - found.chi2 - family.unknowns * np.log(pieces)
-    wide = LIMIT * max(1.0, found.chi2 / pieces)
-    near = [t for t, c in zip(family.grid, costs, strict=True) if c < cost + wide]
-    near += _edges(look, family, theta, cost + wide)
-    return Suspect(effect, found, theta, family, float(evidence), near)
+    gain = ground.base.chi2 - found.chi2
+    evidence = gain - family.unknowns * np.log(_pieces(ground))
+    level = min(cost, tried[0][0]) + wide
+    near = [*tried, *zip(costs, family.grid, strict=True)]
+    near += [(level, edge) for edge in _edges(look, family, theta, cost + wide)]
+    told = [(c, _report(look, family, t)) for c, t in near if c <= level]
+    return Suspect(effect, found, theta, family, float(evidence), float(cost), told)
+
+
+def _report(look, family: Family, theta: np.ndarray) -> dict:
+    return family.report(theta, look(theta)[0].modulus)
 
 
 def _edges(look, family: Family, theta: np.ndarray, level: float) -> list[np.ndarray]:

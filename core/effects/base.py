@@ -124,6 +124,7 @@ class Family:
     frozen: int = 0  # leading entries of theta that are choices, not numbers
     unknowns: int = 1
     nearer: Callable | None = None  # theta -> a Family that looks closer round it
+    size: Callable | None = None  # theta -> how much of the effect it is, where choices may tie
 
 
 def reduced_basis(parts: list[np.ndarray], mass) -> np.ndarray:
