@@ -125,6 +125,7 @@ class Now:
 
     child: Job | None = None
     what: str = ""
+    alone: bool = False  # the tab shows nothing else
     stop: bool = False
     said: str = ""  # in the status bar
     shown: Progress | None = (

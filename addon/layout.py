@@ -4,6 +4,7 @@ import blf
 import bpy
 
 from . import ready, words
+from .job import NOW
 
 MARGIN, ICON = 60, 22  # px at scale 1: what a panel leaves free beside a label; an icon
 
@@ -47,10 +48,12 @@ class Step:
 
 class SubStep(Step):
     bl_parent_id = "RINGDOWN_PT_main"
+    while_busy = False  # shown while a calibration runs, when nothing else can be changed
 
     @classmethod
     def poll(cls, context):
-        return ready.target(context) is not None
+        busy = NOW.child is not None and NOW.alone
+        return ready.target(context) is not None and (cls.while_busy or not busy)
 
     def draw(self, context):
         self.layout.use_property_split = True

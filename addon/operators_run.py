@@ -26,6 +26,7 @@ class RINGDOWN_OT_calibrate(running.Running, bpy.types.Operator):
     bl_label = "Calibrate"
     bl_options = {"REGISTER", "UNDO"}
     what = "Calibration"
+    alone = True
 
     @classmethod
     def poll(cls, context):

@@ -4,6 +4,7 @@ import bpy
 from bpy.utils import units
 
 from . import operators_recording, ready, words
+from .job import NOW
 from .layout import Step, SubStep, fact, needs, say
 
 LARGE = 1.0  # m: few soft things that are filmed wobbling are so large; Blender's own cube is
@@ -14,6 +15,7 @@ class RINGDOWN_PT_main(Step, bpy.types.Panel):
 
     def draw(self, context):
         layout = self.layout
+        layout.enabled = NOW.child is None
         row = layout.row(align=True)
         row.prop(context.scene, "ringdown_object", text="", icon="OBJECT_DATA")
         picked, active = context.scene.ringdown_object, context.object

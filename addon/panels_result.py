@@ -9,6 +9,7 @@ from .layout import SubStep, fact, needs, say
 
 class RINGDOWN_PT_calibrate(SubStep, bpy.types.Panel):
     bl_label = "Calibrate"
+    while_busy = True
 
     def fill(self, context, layout, obj):
         if NOW.child:

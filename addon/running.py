@@ -10,7 +10,7 @@ from ..core.errors import Cancelled, CoreError
 from . import job, ready
 from .job import NOW
 
-TICK = 0.1  # s between two looks at the child
+TICK = 0.25  # s between two looks at the child, and so between two drawings of what it says
 
 
 class Running:
@@ -20,6 +20,7 @@ class Running:
     """
 
     what = "Working"
+    alone = False  # it takes long: the tab shows it alone
 
     def start(self, context, obj, folder: Path) -> job.Job:
         raise NotImplementedError
@@ -51,7 +52,7 @@ class Running:
             self._end(context)
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        NOW.what, NOW.stop = self.what, False
+        NOW.what, NOW.alone, NOW.stop = self.what, self.alone, False
         self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
         context.window_manager.modal_handler_add(self)
         self._show(context)
@@ -112,6 +113,7 @@ class Running:
         if context.workspace:
             context.workspace.status_text_set(None)
         NOW.child, NOW.what, NOW.stop, NOW.shown, NOW.said = None, "", False, None, ""
+        NOW.alone = False
         shutil.rmtree(self._folder, ignore_errors=True)
         redraw(context)
 

@@ -156,3 +156,24 @@ def test_an_own_material_travels_with_its_calibrated_modulus(bar, fake, tmp_path
     assert material.density == 1234
     assert np.isclose(material.modulus, 100.0)
     assert "Calibrated" in material.source
+
+
+def test_while_a_calibration_runs_the_tab_shows_it_alone(bar, rd):
+    import importlib
+
+    now = importlib.import_module("bl_ext.user_default.ringdown.addon.job").NOW
+    steps = [c for c in bpy.types.Panel.__subclasses__() if c.bl_rna.identifier.startswith("RING")]
+    bpy.ops.ringdown.use()
+    assert len([c for c in steps if getattr(c, "bl_parent_id", "")]) >= 7
+
+    def shown():
+        return {c.bl_label for c in steps if hasattr(c, "poll") and c.poll(bpy.context)}
+
+    before = shown()
+    try:
+        now.child, now.alone = object(), True
+        assert shown() & before == {"Calibrate"}
+        now.alone = False  # a short job
+        assert shown() == before
+    finally:
+        now.child, now.alone = None, False
