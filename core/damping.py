@@ -23,20 +23,22 @@ def find_damping(declared: TimeFit, free: TimeFit) -> tuple[Candidate, tuple[str
             continue
         found = fit(replace(declared.law, damping=law.LAW), free.parameters, evaluations=40)
         tried[name] = judge((name,), found, declared)
-    ranked = sorted(tried.values(), key=_worth, reverse=True)
+    least = min(c.found.chi2 / c.found.samples for c in tried.values())
+
+    def worth(candidate: Candidate) -> float:
+        """Evidence; what no law of damping takes counts as noise. One loss factor asks for less."""
+        found = candidate.found
+        spare = found.law.modes - 1 if found.law.damping == "common" else 0
+        return candidate.evidence / max(least, 1.0) + spare * np.log(max(found.samples, 2))
+
+    ranked = sorted(tried.values(), key=worth, reverse=True)
     if ranked[0].evidence < EVIDENCE:
         return None
     best = ranked[0]
     twins = tuple(
         c.names[0]
         for c in ranked[1:]
-        if declared.law.modes < TELLING or _worth(c) > _worth(best) - EVIDENCE
+        if declared.law.modes < TELLING or worth(c) > worth(best) - EVIDENCE
     )
     return best, twins
 
-
-def _worth(candidate: Candidate) -> float:
-    """Evidence, with the price of damping ratios that a common loss factor does not need."""
-    found = candidate.found
-    spare = found.law.modes - 1 if found.law.damping == "common" else 0
-    return float(candidate.evidence + spare * np.log(max(found.samples, 2)))

@@ -106,6 +106,8 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     base, K = ground.base, len(ground.measured.frequency)
     pieces = K * PIECES + (K - 1) + (ground.pull is not None)
     plain = replace(plain, warnings=_sag_lines(ground))
+    if verdict.effects and base.modes != heard.match.modes:
+        return plain  # what acts in time has bent the shapes beyond knowing which mode is which
     ratios = max(len(base.pitch_pull) - 1, 1)
     doubt = DOUBT**2 if verdict.effects else DOUBT  # a second cause needs to be clearer
     if chi2_law.sf((base.pitch_pull**2).sum(), ratios) > doubt:
@@ -145,7 +147,7 @@ def _ground(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     K, body = final.law.modes, heard.body
     j = list(heard.match.modes)
     spread = np.sqrt(np.maximum(np.diag(final.covariance)[:K], 0) * inflation(final))
-    bias = BIASED * np.abs(np.log(final.frequency / heard.declared.frequency)).max()
+    bias = BIASED * max(_moved(final, heard.declared), _bent(final))
     error = np.sqrt(spread**2 + bias**2 + (0.5 * sigma[j]) ** 2 + PITCH_FLOOR**2)
     samples = max(int(data.fit.sum()), 1)
     size = np.abs(final.shapes).max(axis=1, keepdims=True)
@@ -175,6 +177,21 @@ def _ground(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     values = (2 * np.pi * body.modes.frequency) ** 2 * shrink
     base = compare(measured, values, body.seen(data), unit)
     return None if base is None else Ground(body, data, measured, base, shrink, pull)
+
+
+def _moved(final: TimeFit, declared: TimeFit) -> float:
+    """The most, relatively, that the effects in time moved a pitch by."""
+    return float(np.abs(np.log(final.frequency / declared.frequency)).max())
+
+
+def _bent(final: TimeFit) -> float:
+    """How far the pitches of the two sides of an uneven stiffness lie from their middle."""
+    told = [
+        parameters(final, i)["ratio"]["value"]
+        for i, effect in enumerate(final.law.effects)
+        if effect.name == "asymmetric_stiffness"
+    ]
+    return float(np.log(max(told, default=1.0)) / 4)
 
 
 def _creeps(verdict: Verdict) -> bool:

@@ -7,7 +7,7 @@
 4. pairs are searched from a beam of the best singles, so that neither masks the other
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -187,12 +187,23 @@ def singles(
         names.add(effect.name)
         settled = any(c.share > SETTLED for c in best.values())
         found = race(start, effect, begins, promise, runners=1 if settled else RUNNERS)
-        if effect.veto and effect.veto(found):
+        if (effect.veto and effect.veto(found)) or _outdone(found, effect):
             continue
         candidate = judge((*before, effect.name), found, against or start)
         if effect.name not in best or candidate.evidence > best[effect.name].evidence:
             best[effect.name] = candidate
     return sorted(best.values(), key=lambda c: -c.evidence)
+
+
+def _outdone(found: TimeFit, effect: Effect) -> bool:
+    """Whether a plainer effect in its place does as well."""
+    if effect.rival is None:
+        return False
+    plain = effect.rival(found)
+    law = replace(found.law, effects=(*found.law.effects[:-1], plain))
+    own = len(found.theta[-1][0])
+    start = np.r_[found.parameters[: len(found.parameters) - own], plain.starts(None, None)[0]]
+    return fit(law, start, evaluations=15).chi2 < found.chi2 + PROMISE
 
 
 def pairs(start: TimeFit, ranked: list[Candidate]) -> list[Candidate]:

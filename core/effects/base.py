@@ -88,6 +88,7 @@ class Effect:
     free: int = 0  # numbers that it takes from the record itself
     given: Callable | None = None  # (take index) -> (T, C), known motion taken off
     veto: Callable | None = None  # (TimeFit) -> why what was fitted is not this effect, or ""
+    rival: Callable | None = None  # (TimeFit) -> a plainer Effect that must do clearly worse
     requires: Callable | None = None  # (setting, takes) -> reason why not, or ""
     change_model: Callable | None = None  # modal layer
     family: Callable | None = None  # modal layer: (body, solve) -> Family, or None

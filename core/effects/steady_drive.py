@@ -6,11 +6,15 @@ Looks like  a lightly damped mode while the record is short
 Source      Den Hartog, Mechanical Vibrations (1956), 2.8
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from .base import Effect, Parameter, companion
+from .further_mode import further_mode
 
 RESONANT = 0.06  # relative distance from the first pitch
+LIVELIEST = 0.3  # of the first mode's damping ratio that a mode has at least
 STILL = 1.2  # misfit per sample that a true line at resonance leaves at most
 
 
@@ -48,6 +52,14 @@ def report(theta, setting, shape):
     return {"frequency": np.exp(theta[0]), "amplitude": response / gain}
 
 
+def rival(found):
+    """A mode of the body at the same pitch: what dies away is none of the world's doing."""
+    setting, frequency = found.law.setting, np.exp(found.theta[-1][0][0])
+    usual = float(np.clip(setting.zeta[0], 1e-3, 0.3))
+    mode = further_mode(frequency, usual)
+    return replace(mode, low=(mode.low[0], LIVELIEST * usual))
+
+
 def veto(found):
     """A line at the first pitch and in its shape mimics whatever bends the envelope."""
     setting, frequency = found.law.setting, np.exp(found.theta[-1][0][0])
@@ -71,4 +83,5 @@ EFFECT = Effect(
     columns=columns,
     veto=veto,
     report=report,
+    rival=rival,
 )
