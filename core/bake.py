@@ -1,9 +1,9 @@
 """From a motion to what an animation program plays: keys on curves, or a cache of points."""
 
 import os
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +14,8 @@ from .data import Motion, poles, seal
 from .errors import DataError
 
 FAITHFUL = 5e-5  # of the motion: what all curves together may leave of it, between keys too
-WORKERS = 2  # that write a cache
-BLOCK, TILE = 8, 1 << 16  # frames, and numbers of each, that are worked out at once
+BLOCK, TILE = 16, 1 << 13  # frames, and numbers of each, that are worked out in a core's cache
+ROOM = 1 << 23  # numbers, most that a block of frames may hold
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,13 +150,11 @@ def write_pc2(path: Path, rest: np.ndarray, motion: Motion, frames: tuple) -> No
     head[0] = (b"POINTCACHE2", 1, len(rest), 0.0, 1.0, count)
     part = path.with_name(path.name + ".part")
     try:
-        with part.open("wb") as file:
+        with part.open("wb", buffering=0) as file, threadpool_limits(1, user_api="blas"):
             _reserve(file, head.nbytes + 4 * count * parts.shape[1])
-            file.write(head)
-        # one computes while the other writes; more threads inside each would only wait
-        with threadpool_limits(1, user_api="blas"), ThreadPoolExecutor(WORKERS) as pool:
-            work = partial(_write_share, part, weights, parts)
-            list(pool.map(work, range(WORKERS)))
+            _write_all(file, head)
+            for block in _blocks(weights, parts):
+                _write_all(file, block)
         part.replace(path)
     except OSError:
         part.unlink(missing_ok=True)
@@ -171,18 +169,27 @@ def _reserve(file, size: int) -> None:
         file.truncate(size)
 
 
-def _write_share(path: Path, weights: np.ndarray, parts: np.ndarray, worker: int) -> None:
-    """Every WORKERS-th tile of frames times numbers, small enough to stay in a core's cache."""
-    (count, size), room = (len(weights), parts.shape[1]), np.empty(BLOCK * TILE, np.float32)
-    tiles = [(a, b) for a in range(0, count, BLOCK) for b in range(0, size, TILE)]
-    with path.open("r+b", buffering=0) as file:
-        for first, begin in tiles[worker::WORKERS]:
-            frames, numbers = weights[first : first + BLOCK], parts[:, begin : begin + TILE]
-            shape = len(frames), numbers.shape[1]
-            tile = np.matmul(frames, numbers, out=room[: shape[0] * shape[1]].reshape(shape))
-            for frame, row in enumerate(tile, start=first):
-                file.seek(PC2_HEAD.itemsize + 4 * (frame * size + begin))
-                _write_all(file, row)
+def _blocks(weights: np.ndarray, parts: np.ndarray) -> Iterator[np.ndarray]:
+    """weights (count, k) @ parts (k, size) in blocks of rows: the next is worked out meanwhile."""
+    (count, size), rows = (len(weights), parts.shape[1]), max(1, min(BLOCK, ROOM // parts.shape[1]))
+    rooms = np.empty((2, rows, size), np.float32)
+    starts = range(0, count, rows)
+    with ThreadPoolExecutor(1) as pool:
+        ahead = pool.submit(_fill, weights[:rows], parts, rooms[0])
+        for k, first in enumerate(starts):
+            block = ahead.result()
+            following = weights[first + rows : first + 2 * rows]
+            ahead = pool.submit(_fill, following, parts, rooms[(k + 1) % 2])
+            yield block
+
+
+def _fill(weights: np.ndarray, parts: np.ndarray, room: np.ndarray) -> np.ndarray:
+    """weights @ parts in `room`, a piece after another that stays in the cache."""
+    room = room[: len(weights)]
+    for begin in range(0, parts.shape[1], TILE):
+        piece = slice(begin, begin + TILE)
+        np.matmul(weights, parts[:, piece], out=room[:, piece])
+    return room
 
 
 def _write_all(file, block: np.ndarray) -> None:
