@@ -14,7 +14,7 @@ from .data import Motion, poles, seal
 from .errors import DataError
 
 FAITHFUL = 5e-5  # of the motion: what all curves together may leave of it, between keys too
-BLOCK, TILE = 16, 1 << 13  # frames, and numbers of each, that are worked out in a core's cache
+BLOCK, TILE = 24, 1 << 13  # frames, and numbers of each, that are worked out in a core's cache
 ROOM = 1 << 23  # numbers, most that a block of frames may hold
 
 
