@@ -48,12 +48,17 @@ class Step:
 
 class SubStep(Step):
     bl_parent_id = "RINGDOWN_PT_main"
-    while_busy = False  # shown while a calibration runs, when nothing else can be changed
+    runs = False  # shown while a calibration runs, when nothing else can be changed
+    late = False  # belongs to the result, and stays when only that is to be seen
 
     @classmethod
     def poll(cls, context):
-        busy = NOW.child is not None and NOW.alone
-        return ready.target(context) is not None and (cls.while_busy or not busy)
+        obj = ready.target(context)
+        if obj is None:
+            return False
+        if NOW.child is not None and NOW.alone:
+            return cls.runs
+        return cls.late or not (context.window_manager.ringdown_short and obj.ringdown.facts.report)
 
     def draw(self, context):
         self.layout.use_property_split = True

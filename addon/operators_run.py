@@ -41,6 +41,7 @@ class RINGDOWN_OT_calibrate(running.Running, bpy.types.Operator):
 
     def finish(self, context, obj, folder: Path) -> None:
         write_result(obj, folder)
+        context.window_manager.ringdown_short = not bpy.app.background  # it is what one waited for
 
 
 def use_cage(obj: bpy.types.Object, surface, folder: Path) -> None:

@@ -25,7 +25,11 @@ class RINGDOWN_PT_main(Step, bpy.types.Panel):
             layout.operator("ringdown.use", text=f"Use {active.name}", icon="OBJECT_DATA")
         elif active is not None and active.type == "MESH" and active != picked:
             row.operator("ringdown.use", text="", icon="FILE_REFRESH")
-        layout.operator("ringdown.case_open", icon="FILE_FOLDER")
+        row = layout.row(align=True)
+        row.operator("ringdown.case_open", icon="FILE_FOLDER")
+        target = ready.target(context)
+        if target and target.ringdown.facts.report:
+            row.prop(context.window_manager, "ringdown_short", toggle=True, icon="COLLAPSEMENU")
 
 
 class RINGDOWN_PT_object(SubStep, bpy.types.Panel):

@@ -9,7 +9,7 @@ from .layout import SubStep, fact, needs, say
 
 class RINGDOWN_PT_calibrate(SubStep, bpy.types.Panel):
     bl_label = "Calibrate"
-    while_busy = True
+    runs = late = True
 
     def fill(self, context, layout, obj):
         if NOW.child:
@@ -26,6 +26,7 @@ class RINGDOWN_PT_calibrate(SubStep, bpy.types.Panel):
 
 class RINGDOWN_PT_result(SubStep, bpy.types.Panel):
     bl_label = "Result"
+    late = True
 
     def fill(self, context, layout, obj):
         facts = obj.ringdown.facts
@@ -95,6 +96,7 @@ class RINGDOWN_PT_result(SubStep, bpy.types.Panel):
 
 class RINGDOWN_PT_bake(SubStep, bpy.types.Panel):
     bl_label = "Bake"
+    late = True
 
     def fill(self, context, layout, obj):
         bake = obj.ringdown.bake

@@ -244,6 +244,11 @@ def register():
     bpy.types.Object.ringdown = PointerProperty(
         type=RINGDOWN_PG_object, override={"LIBRARY_OVERRIDABLE"}
     )
+    bpy.types.WindowManager.ringdown_short = BoolProperty(
+        name="Result Only",
+        description="Hide the steps that lead to the result",
+        options={"SKIP_SAVE"},
+    )
     bpy.types.Scene.ringdown_object = PointerProperty(
         name="Object",
         description="The mesh to calibrate; empty: the active one",
@@ -254,6 +259,7 @@ def register():
 
 def unregister():
     del bpy.types.Scene.ringdown_object
+    del bpy.types.WindowManager.ringdown_short
     del bpy.types.Object.ringdown
     for one in reversed(CLASSES):
         bpy.utils.unregister_class(one)

@@ -175,5 +175,10 @@ def test_while_a_calibration_runs_the_tab_shows_it_alone(bar, rd):
         assert shown() & before == {"Calibrate"}
         now.alone = False  # a short job
         assert shown() == before
+        bpy.context.window_manager.ringdown_short = True
+        assert shown() == before  # nothing is hidden while there is no result
+        bar.ringdown.facts.report = "{}"
+        assert shown() & before == {"Calibrate", "Result", "Bake"}
     finally:
         now.child, now.alone = None, False
+        bpy.context.window_manager.ringdown_short = False

@@ -15,7 +15,7 @@ import bpy
 sys.path.insert(0, "/mnt/checkout/tests/gui")
 import press
 
-press.SCALE, press.ELEMENTS = 1.0, 1500
+press.SCALE, press.ELEMENTS, press.TAKES = 1.0, 1500, 2
 STAGE = pathlib.Path("/mnt/stage")
 HEAD, TABS, BUTTON = 20, 24, 36  # px: the window's title, the strip of tabs, a button and its gap
 LOWER = 60  # px that a body on its support sits below the middle of the view
@@ -41,6 +41,7 @@ def story():
             press.shot("raw_cage")
     obj.ringdown.show_cage = obj.ringdown.show_pins = False
     obj.ringdown.show_ghost = True
+    bpy.context.window_manager.ringdown_short = False
     bpy.ops.ringdown.bake()
     bpy.context.scene.frame_set(4)
     yield 1.0
@@ -81,6 +82,5 @@ def crop(raw, name, box):
 
 if __name__ == "__main__":
     press.enable()
-    press.story = story
     os.system(f"touch {STAGE}/6_baked.png")
-    press.run()
+    press.run(story())
