@@ -1,116 +1,19 @@
-"""Factorizations of symmetric positive definite matrices, and lowest eigenpairs by them.
+"""Lowest eigenpairs of K x = λ M x.
 
-CHOLMOD comes with cvxopt or kvxopt, which have wheels wherever Blender runs; scipy's SuperLU in
-symmetric mode is the fallback.
-
-Source      Chen, Davis, Hager, Rajamanickam, CHOLMOD, ACM TOMS 35 (2008);
-            George, Nested dissection, SIAM J. Numer. Anal. 10 (1973);
-            Grimes, Lewis, Simon, A shifted block Lanczos algorithm, SIMAX 15 (1994)
+Source      Grimes, Lewis, Simon, A shifted block Lanczos algorithm, SIMAX 15 (1994)
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
 from scipy.linalg import eigh
-from scipy.sparse.linalg import splu
 
 from .errors import DataError
-from .ordering import nested_dissection
+from .factorization import factorize
 
-try:
-    import cvxopt as cholmod_home
-    from cvxopt import cholmod
-except ImportError:
-    try:
-        import kvxopt as cholmod_home
-        from kvxopt import cholmod
-    except ImportError:
-        cholmod = None
-
-DISSECT_FROM = 30_000  # unknowns; below, minimum degree is as good and costs nothing
 SHIFT = 1e-8  # below zero, in the mean of all eigenvalues: a free body has six zeros
 TOLERANCE = 1e-8  # residual of a pair over its eigenvalue, whose own error is the square of it
-
-
-@dataclass(frozen=True, eq=False)
-class Factorization:
-    """A x = b for one matrix, again and again: solve((n,) or (n, k)) -> the same shape."""
-
-    solve: Callable[[np.ndarray], np.ndarray]
-    backend: str  # "cholmod" | "superlu"
-
-
-def factorize(A: sparse.spmatrix, points: np.ndarray | None = None) -> Factorization:
-    """Factorization of a symmetric positive definite matrix (n, n).
-
-    `points` (n, 3), the place of each unknown, allows a nested dissection where that pays.
-    Raises DataError when A is not positive definite.
-    """
-    return factorize_cholmod(A, points) if cholmod else factorize_superlu(A, points)
-
-
-def _order(A, points):
-    return (
-        nested_dissection(A, points) if points is not None and len(points) > DISSECT_FROM else None
-    )
-
-
-def factorize_cholmod(A: sparse.spmatrix, points: np.ndarray | None = None) -> Factorization:
-    """By CHOLMOD's supernodal Cholesky, ordered by minimum degree or nested dissection."""
-    lower = sparse.tril(A, format="coo")
-    matrix, n = cholmod_home.matrix, A.shape[0]
-    L = cholmod_home.spmatrix(
-        matrix(np.ascontiguousarray(lower.data, float)),
-        matrix(lower.row.astype(np.int64)),
-        matrix(lower.col.astype(np.int64)),
-        (n, n),
-    )
-    order = _order(A, points)
-    cholmod.options["supernodal"] = 2
-    factor = cholmod.symbolic(L) if order is None else cholmod.symbolic(L, matrix(order))
-    try:
-        cholmod.numeric(L, factor)
-    except ArithmeticError as error:
-        raise DataError(_INDEFINITE) from error
-
-    def solve(b: np.ndarray) -> np.ndarray:
-        x = matrix(np.array(b, float, order="F").reshape(n, -1, order="F"))
-        if x.size[1] == 1:
-            cholmod.solve(factor, x)
-        else:  # `solve` goes column by column; `spsolve` takes four at a time, twice as fast
-            x = matrix(cholmod.spsolve(factor, cholmod_home.sparse(x)))
-        return np.array(x).reshape(np.shape(b))
-
-    return Factorization(solve, "cholmod")
-
-
-def factorize_superlu(A: sparse.spmatrix, points: np.ndarray | None = None) -> Factorization:
-    """By scipy alone: SuperLU told that the matrix is symmetric, with diagonal pivots."""
-    options = {"SymmetricMode": True, "Equil": False}
-    order = _order(A, points)
-    try:
-        if order is None:
-            lu = splu(A.tocsc(), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
-            return Factorization(lu.solve, "superlu")
-        permuted = A.tocsr()[order][:, order].tocsc()
-        lu = splu(permuted, "NATURAL", diag_pivot_thresh=0.0, options=options)
-    except RuntimeError as error:
-        raise DataError(_INDEFINITE) from error
-
-    def solve(b: np.ndarray) -> np.ndarray:
-        x = np.empty(np.shape(b))
-        x[order] = lu.solve(np.ascontiguousarray(b[order], float))
-        return x
-
-    return Factorization(solve, "superlu")
-
-
-_INDEFINITE = (
-    "Stiffness matrix: it is not positive definite, so the body would buckle or come apart. Check "
-    "that it is one connected piece that is held, and that loads and gravity are not too large."
-)
 
 
 def lowest_eigenpairs(
@@ -161,20 +64,21 @@ def block_lanczos(
     n = M.shape[0]
     width = min(width, max(1, n // 4))
     Q, MQ, H = np.empty((n, 0)), np.empty((n, 0)), np.empty((0, 0))
-    block = solve(M @ np.random.default_rng(0).standard_normal((n, width)))
+    rest = solve(M @ np.random.default_rng(0).standard_normal((n, width)))
+    Mrest = M @ rest
     most = min(n, 40 * count + 400)
     while True:
-        block = _orthonormal(block, M, Q, MQ)
-        Q = np.column_stack([Q, block])
-        MQ = np.column_stack([MQ, M @ block])
-        block = solve(MQ[:, -block.shape[1] :])
-        projected = MQ.T @ block
+        block, Mblock = _orthonormal(rest, Mrest, M, (Q, MQ))
+        Q, MQ = np.column_stack([Q, block]), np.column_stack([MQ, Mblock])
+        rest = solve(Mblock)
+        projected = MQ.T @ rest
         H = _bordered(H, projected)
+        rest -= Q @ projected
+        Mrest = M @ rest
         if Q.shape[1] < count + width:
             continue
         theta, y = np.linalg.eigh(H)
-        rest = block - Q @ projected
-        coupling = np.sqrt(np.abs(np.einsum("nk,nk->k", rest, M @ rest)))
+        coupling = np.sqrt(np.abs(np.einsum("nk,nk->k", rest, Mrest)))
         top = np.argsort(-theta)[:count]
         tail = y[-block.shape[1] :, top]
         residual = np.linalg.norm(coupling[:, None] * tail, axis=0)
@@ -198,15 +102,25 @@ def _bordered(H: np.ndarray, projected: np.ndarray) -> np.ndarray:
     return out
 
 
-def _orthonormal(block, M, Q, MQ) -> np.ndarray:
-    """`block` made M-orthonormal and M-orthogonal to Q; directions that vanish are dropped."""
+def _orthonormal(block, Mblock, M, basis) -> tuple[np.ndarray, np.ndarray]:
+    """`block` made M-orthonormal and M-orthogonal to basis = Q, M Q; and M times it.
+
+    Directions that vanish are dropped; those that nearly do are what M is applied to again.
+    """
+    Q, MQ = basis
     for _ in range(3):
-        block = block - Q @ (MQ.T @ block)
-        block = block / np.sqrt(np.einsum("nk,nk->k", block, M @ block))
-        values, vectors = np.linalg.eigh(block.T @ (M @ block))
+        size = 1 / np.sqrt(np.einsum("nk,nk->k", block, Mblock))
+        values, vectors = np.linalg.eigh(size[:, None] * (block.T @ Mblock) * size)
         keep = values > 1e-14 * values[-1]
-        block = block @ (vectors[:, keep] / np.sqrt(values[keep]))
-    return block
+        turn = size[:, None] * vectors[:, keep] / np.sqrt(values[keep])
+        block = block @ turn
+        Mblock = Mblock @ turn if keep.all() and values[0] > 1e-4 else M @ block
+        share = MQ.T @ block
+        block -= Q @ share
+        Mblock -= MQ @ share
+        if np.abs(share).max(initial=0) < 1e-14 and np.abs(values - 1).max() < 1e-14:
+            break
+    return block, Mblock
 
 
 def improved_eigenpairs(

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .data import ElasticModel, Modes, seal
-from .eigen import factorize
 from .errors import DataError
+from .factorization import factorize
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,11 +9,11 @@ from scipy.spatial import cKDTree
 
 from .boundary import boundary, face_points
 from .data import ElasticModel, Load, Material, Surface, TetMesh, replace
-from .eigen import factorize
 from .elements import ELEMENTS
 from .elements.mass import averaged, lumped
 from .elements.simplex import averages, each_axis, gradients, quadrature
 from .errors import DataError
+from .factorization import factorize
 from .interpolate import cross_blocks, gradient_at, interpolation, patch_means, rotation_operator
 from .nearest import locate, nearest_face
 

@@ -15,11 +15,11 @@ import numpy as np
 from scipy import sparse
 
 from .data import ElasticModel, replace
-from .eigen import factorize
 from .elasticity import loose_motions
 from .elements import ELEMENTS
 from .elements.simplex import averages, each_axis, gradients, quadrature
 from .errors import DataError
+from .factorization import factorize
 from .interpolate import gradient_at
 
 STEPS = 60  # Newton steps before giving up

@@ -5,22 +5,20 @@ Source      George, Nested dissection of a regular finite element mesh, SINUM 10
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.csgraph import maximum_bipartite_matching
 
-LEAF = 24  # places per undivided part
+LEAF = 12  # places per undivided part
 
 
 def nested_dissection(A: sparse.spmatrix, points: np.ndarray) -> np.ndarray:
     """Permutation (n,) of the unknowns of A (n, n) that lie at `points` (n, 3).
 
-    Parts are halved at the median of their longest axis; the places of the lower half that touch
-    the upper half are the separator and come after both. All parts of a level at once.
+    Parts are halved at the median of their longest axis; the fewest places that
+    part the halves are the separator and come after both. All parts of a level at once.
     """
-    place, index = np.unique(points, axis=0, return_inverse=True)
-    index = index.reshape(-1)
-    graph = _place_graph(A, index, len(place))
-    rows = np.repeat(np.arange(len(place)), np.diff(graph.indptr))
-    columns = graph.indices
-    n = len(place)
+    first, graph = places(A, points)
+    place, n = points[first], len(first)
+    rows, columns = np.repeat(np.arange(n), np.diff(graph.indptr)), graph.indices
     part = np.zeros(n, int)  # path of a part as a number; -1 once it is in a separator
     rank = np.zeros(n)  # position in the ordering, refined as the parts are halved
     width = 1.0
@@ -32,24 +30,52 @@ def nested_dissection(A: sparse.spmatrix, points: np.ndarray) -> np.ndarray:
         upper = _upper_half(place, part, live, sizes)
         same = (part[rows] >= 0) & (part[rows] == part[columns])
         cut = same & ~upper[rows] & upper[columns]
-        separator = np.zeros(n, bool)
-        separator[rows[cut]] = True
+        separator = _cover(rows[cut], columns[cut], n)
         width /= 4
         rank[live] += width * np.where(separator[live], 2, upper[live])
         part[live] = 2 * part[live] + upper[live]
         part[separator] = -1
         live = part >= 0
         part[live] = np.unique(part[live], return_inverse=True)[1].reshape(-1)
-    order = np.lexsort((index, rank[index]))
-    return order.astype(np.int64)
+    return spread(np.argsort(rank, kind="stable"), first, len(points))
 
 
-def _place_graph(A: sparse.spmatrix, index: np.ndarray, n: int) -> sparse.csr_matrix:
-    """Which places (n, n) share an entry of A."""
-    coo = A.tocoo()
-    key = np.unique(index[coo.row] * n + index[coo.col])
-    rows, columns = np.divmod(key, n)
-    return sparse.csr_matrix((np.ones(len(key), np.int8), (rows, columns)), shape=(n, n))
+def places(A: sparse.spmatrix, points: np.ndarray) -> tuple[np.ndarray, sparse.csr_matrix]:
+    """First unknown (p,) of each place, and which places (p, p) share an entry of A.
+
+    An ordering of places takes a ninth of the work that one of unknowns takes.
+    """
+    first = np.flatnonzero(np.append(True, (points[1:] != points[:-1]).any(axis=1)))
+    return first, A.tocsr()[first][:, first]
+
+
+def spread(order: np.ndarray, first: np.ndarray, n: int) -> np.ndarray:
+    """Permutation (n,) of the unknowns from the order (p,) of the places that they lie at."""
+    size = np.diff(np.append(first, n))[order]
+    start = np.repeat(first[order] - np.cumsum(size) + size, size)
+    return start + np.arange(n)
+
+
+def _cover(lower: np.ndarray, upper: np.ndarray, n: int) -> np.ndarray:
+    """(n,) bool: fewest places that all edges from `lower` to `upper` (e,) end at.
+
+    Source: Kőnig's theorem, from a maximum matching: what unmatched lower places cannot reach by
+    alternating paths, and the upper places that they can.
+    """
+    edges = sparse.csr_matrix((np.ones(len(lower), np.int32), (lower, upper)), shape=(n, n))
+    partner = maximum_bipartite_matching(edges, perm_type="row")  # of upper places, or -1
+    low, high = np.zeros(n, bool), np.zeros(n, bool)
+    low[lower] = True
+    low[partner[partner >= 0]] = False
+    back = edges.T.tocsr()
+    while True:
+        reached = (back @ low > 0) & ~high
+        if not reached.any():
+            break
+        high |= reached
+        low[partner[reached]] = True  # a maximum matching leaves none of them alone
+    high[lower] |= ~low[lower]
+    return high
 
 
 def _upper_half(place, part, live, sizes) -> np.ndarray:

@@ -14,9 +14,10 @@ from scipy import sparse
 from scipy.optimize import linear_sum_assignment
 
 from .data import ElasticModel, Modes, TetMesh
-from .eigen import factorize, improved_eigenpairs, lowest_eigenpairs
+from .eigen import improved_eigenpairs, lowest_eigenpairs
 from .elements import ELEMENTS
 from .elements.simplex import gradients
+from .factorization import factorize
 from .interpolate import interpolation
 from .modes import solve_modes
 

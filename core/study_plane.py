@@ -6,9 +6,10 @@ other nodes are free, strain is plane and Y = 1: with these the published forces
 
 import numpy as np
 
-from .eigen import factorize, lowest_eigenpairs
+from .eigen import lowest_eigenpairs
 from .elements.linear import laplacian, scalar_mass, stiffness
 from .elements.simplex import each_axis
+from .factorization import factorize
 from .plane_mesh import polygon_mesh, refined
 
 POLYGON = np.array(  # the demonstration of distmesh

@@ -16,11 +16,9 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import numpy as np
 
-from core.data import Material
 from core.elasticity import assemble
+from tests.bench.peers import RUBBER, scikit_fem_parts
 from tests.core.solids import block
-
-RUBBER = Material(1000.0, 0.3)
 
 
 def ours(mesh, element):
@@ -31,26 +29,10 @@ def ours(mesh, element):
 
 
 def scikit_fem(mesh, element):
-    import skfem
-    from skfem.helpers import ddot, dot, eye, sym_grad, trace
-    from skfem.models.elasticity import lame_parameters
-
-    lam, mu = lame_parameters(1.0, RUBBER.poisson_ratio)
-    cells = skfem.MeshTet(mesh.nodes.T.copy(), mesh.tets.T.copy())
-    scalar = skfem.ElementTetP1() if element == "p1" else skfem.ElementTetP2()
-
-    @skfem.BilinearForm
-    def stiffness(u, v, _):
-        strain = sym_grad(u)
-        return ddot(2 * mu * strain + eye(lam * trace(strain), 3), sym_grad(v))
-
-    @skfem.BilinearForm
-    def mass(u, v, _):
-        return RUBBER.density * dot(u, v)
-
+    _, basis, stiffness, mass = scikit_fem_parts(mesh, element)
     start = time.process_time()
-    basis = skfem.Basis(cells, skfem.ElementVector(scalar))
-    K, M = stiffness.assemble(basis), mass.assemble(basis)
+    space = basis()
+    K, M = stiffness.assemble(space), mass.assemble(space)
     return time.process_time() - start, K, M
 
 

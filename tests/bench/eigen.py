@@ -1,7 +1,7 @@
 """Ten lowest modes of a clamped body: ours, scikit-fem with scipy's eigsh, ngsolve; one thread.
 
     pip install scikit-fem ngsolve
-    python tests/bench/eigen.py [--sizes 10000,30000,100000] [--kinds bar,scan]
+    python tests/bench/eigen.py [--sizes 10000,30000,100000] [--kinds bar,pudding,thin]
 
 Prints CPU seconds from matrices to modes, ratios, agreement, peak memory and how cost grows.
 """
@@ -19,18 +19,18 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import numpy as np
 
-from core import eigen
+from core import factorization
 from core.boundary import boundary, face_points
-from core.data import Material, TetMesh
+from core.data import TetMesh
+from core.eigen import lowest_eigenpairs
 from core.elasticity import assemble, hold_points
 from core.refine import refine
 from core.tetrahedralize import tetrahedralize
-from tests.bench.shapes import bar
+from tests.bench import shapes
+from tests.bench.peers import HAIR, RUBBER, ngsolve_matrices, scikit_fem_parts
 from tests.core.solids import block
 
-RUBBER = Material(1000.0, 0.3)
 COUNT = 10
-HAIR = 1e-6  # m
 KRYLOV = 22  # vectors that ngsolve's Arnoldi needs for ten values to 1e-8
 SLOW = 40_000  # unknowns beyond which scipy's default takes minutes
 
@@ -41,12 +41,23 @@ def structured(unknowns: int) -> tuple[TetMesh, str]:
     return block((5 * n, n, n), (1.0, 0.2, 0.2)), "p1"
 
 
-def scanned(unknowns: int) -> tuple[TetMesh, str]:
-    """A bar as pytetwild cuts it, in quadratic elements; once refined beyond 20,000 unknowns."""
+def thin(unknowns: int) -> tuple[TetMesh, str]:
+    """A 10:1 bar as pytetwild cuts it, quadratic; once refined beyond 20,000 unknowns."""
     tets = unknowns / 5.0
     if unknowns < 20_000:
-        return tetrahedralize(bar(), int(tets))[0], "p2"
-    return refine(tetrahedralize(bar(), int(tets / 8))[0]), "p2"
+        return tetrahedralize(shapes.bar(), int(tets))[0], "p2"
+    return refine(tetrahedralize(shapes.bar(), int(tets / 8))[0]), "p2"
+
+
+def pudding(unknowns: int) -> tuple[TetMesh, str]:
+    """A pudding as pytetwild cuts it, quadratic, its foot laid on x = 0."""
+    mesh = tetrahedralize(shapes.pudding(), int(unknowns / 4.5))[0]
+    nodes = mesh.nodes[:, [2, 0, 1]]
+    foot = np.abs(nodes[:, 0]) < 1e-3 * np.ptp(nodes[:, 0])
+    return TetMesh(np.where(foot[:, None], nodes * (0, 1, 1), nodes), mesh.tets), "p2"
+
+
+BODIES = {"bar": structured, "pudding": pudding, "thin": thin}
 
 
 def problem(mesh: TetMesh, element: str):
@@ -60,73 +71,28 @@ def problem(mesh: TetMesh, element: str):
 
 
 def ours(K, M, places, backend: str = "cholmod"):
-    kept, eigen.cholmod = eigen.cholmod, eigen.cholmod if backend == "cholmod" else None
+    kept = factorization.cholmod
+    factorization.cholmod = kept if backend == "cholmod" else None
     start = time.process_time()
-    values, _ = eigen.lowest_eigenpairs(K, M, COUNT, places)
-    eigen.cholmod = kept
+    values, _ = lowest_eigenpairs(K, M, COUNT, places)
+    factorization.cholmod = kept
     return time.process_time() - start, values
 
 
 def scikit_fem(mesh: TetMesh, element: str):
     """Its own basis, assembly and eigensolver, as its examples put them together."""
-    import skfem
-    from skfem.helpers import ddot, dot, eye, sym_grad, trace
-    from skfem.models.elasticity import lame_parameters
-
-    lam, mu = lame_parameters(1.0, RUBBER.poisson_ratio)
-    cells = skfem.MeshTet(mesh.nodes.T.copy(), mesh.tets.T.copy())
-    scalar = skfem.ElementTetP1() if element == "p1" else skfem.ElementTetP2()
-    basis = skfem.Basis(cells, skfem.ElementVector(scalar))
-
-    @skfem.BilinearForm
-    def stiffness(u, v, _):
-        strain = sym_grad(u)
-        return ddot(2 * mu * strain + eye(lam * trace(strain), 3), sym_grad(v))
-
-    @skfem.BilinearForm
-    def mass(u, v, _):
-        return RUBBER.density * dot(u, v)
-
-    K, M = stiffness.assemble(basis), mass.assemble(basis)
-    held = basis.get_dofs(lambda x: np.abs(x[0]) < HAIR)
+    skfem, basis, stiffness, mass = scikit_fem_parts(mesh, element)
+    space = basis()
+    K, M = stiffness.assemble(space), mass.assemble(space)
+    held = space.get_dofs(lambda x: np.abs(x[0]) < HAIR)
     start = time.process_time()
     solver = skfem.solver_eigen_scipy_sym(k=COUNT, sigma=0.0)
     values, _ = skfem.solve(*skfem.condense(K, M, D=held), solver=solver)
     return time.process_time() - start, np.sort(values)
 
 
-def netgen_mesh(mesh: TetMesh):
-    from netgen import meshing
-
-    out = meshing.Mesh(dim=3)
-    ids = [out.Add(meshing.MeshPoint(meshing.Pnt(*map(float, p)))) for p in mesh.nodes]
-    skin = boundary(mesh)
-    for number, held in ((1, True), (2, False)):
-        out.Add(meshing.FaceDescriptor(surfnr=number, domin=1, domout=0, bc=number))
-        out.SetBCName(number - 1, "held" if held else "free")
-    for corners in skin.corners:
-        number = 1 if (np.abs(mesh.nodes[corners, 0]) < HAIR).all() else 2
-        out.Add(meshing.Element2D(number, [ids[i] for i in corners]))
-    for a, b, c, d in mesh.tets:  # netgen turns its tetrahedra the other way
-        out.Add(meshing.Element3D(1, [ids[i] for i in (a, c, b, d)]))
-    return out
-
-
 def ngsolve_modes(mesh: TetMesh, element: str):
-    import ngsolve as ng
-
-    ng.SetNumThreads(1)
-    ng.ngsglobals.msg_level = 0
-    nu = RUBBER.poisson_ratio
-    mu, lam = 1 / (2 * (1 + nu)), nu / ((1 + nu) * (1 - 2 * nu))
-    space = ng.VectorH1(
-        ng.Mesh(netgen_mesh(mesh)), order=1 if element == "p1" else 2, dirichlet="held"
-    )
-    u, v = space.TnT()
-    eps = [ng.Sym(ng.Grad(w)) for w in (u, v)]
-    form = 2 * mu * ng.InnerProduct(*eps) + lam * ng.div(u) * ng.div(v)
-    K = ng.BilinearForm(form * ng.dx, symmetric=True).Assemble()
-    M = ng.BilinearForm(RUBBER.density * u * v * ng.dx, symmetric=True).Assemble()
+    ng, space, K, M = ngsolve_matrices(mesh, element)
     found = [ng.CreateVVector(space.ndof, True, 1) for _ in range(KRYLOV)]
     start = time.process_time()
     values = ng.ArnoldiSolver(K.mat, M.mat, space.FreeDofs(), found, 0, inverse="sparsecholesky")
@@ -140,7 +106,7 @@ def peak(kind: str, size: int) -> float:
 
 
 def _peak(kind: str, size: int) -> float:
-    mesh, element = structured(size) if kind == "bar" else scanned(size)
+    mesh, element = BODIES[kind](size)
     ours(*problem(mesh, element))
     # not ru_maxrss, which a child takes over from its parent
     status = Path("/proc/self/status").read_text()
@@ -151,7 +117,7 @@ def report(kind: str, sizes: list[int]) -> None:
     print(f"\n{kind}: {'unknowns':>9} {'entries':>9} | seconds (times ours) disagreement")
     growth = []
     for size in sizes:
-        mesh, element = structured(size) if kind == "bar" else scanned(size)
+        mesh, element = BODIES[kind](size)
         K, M, places = problem(mesh, element)
         n = K.shape[0]
         seconds, values = ours(K, M, places)
@@ -175,7 +141,7 @@ def report(kind: str, sizes: list[int]) -> None:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sizes", default="10000,30000,100000")
-    parser.add_argument("--kinds", default="bar,scan")
+    parser.add_argument("--kinds", default="bar,pudding,thin")
     args = parser.parse_args()
     for which in args.kinds.split(","):
         report(which, [int(size) for size in args.sizes.split(",")])

@@ -2,16 +2,19 @@ import numpy as np
 import pytest
 from scipy import sparse
 from scipy.linalg import eigh
+from scipy.sparse.csgraph import maximum_bipartite_matching
 from scipy.sparse.linalg import splu
 
-from core import eigen
+from core import eigen, factorization
 from core.data import Material
 from core.elasticity import assemble, hold_points
 from core.errors import DataError
-from core.ordering import nested_dissection
+from core.ordering import _cover, nested_dissection
 from tests.core.solids import block
 
-BACKENDS = [eigen.factorize_superlu] + [eigen.factorize_cholmod] * (eigen.cholmod is not None)
+BACKENDS = [factorization.factorize_superlu]
+if factorization.cholmod is not None:
+    BACKENDS.append(factorization.factorize_cholmod)
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +30,7 @@ def beam():
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("dissect", [0, 10**9])
 def test_every_factorization_solves_one_and_many_right_sides(beam, backend, dissect, monkeypatch):
-    monkeypatch.setattr(eigen, "DISSECT_FROM", dissect)
+    monkeypatch.setattr(factorization, "DISSECT_FROM", dissect)
     K, _, places = beam
     x = np.random.default_rng(0).standard_normal((K.shape[0], 3))
     factor = backend(K, places)
@@ -58,7 +61,7 @@ def test_no_copy_of_a_multiple_eigenvalue_is_missed(times):
 def test_the_fallback_finds_the_same_eigenvalues(beam, monkeypatch):
     K, M, places = beam
     want, _ = eigen.lowest_eigenpairs(K, M, 8, places)
-    monkeypatch.setattr(eigen, "cholmod", None)
+    monkeypatch.setattr(factorization, "cholmod", None)
     got, _ = eigen.lowest_eigenpairs(K, M, 8, places)
     assert got == pytest.approx(want, rel=1e-10)
 
@@ -77,11 +80,28 @@ def test_nested_dissection_is_a_permutation_that_fills_in_less_than_none():
     assert fill(A[order][:, order]) < 0.65 * fill(A)
 
 
+@pytest.mark.parametrize("edges", [1, 30, 60, 200])
+def test_a_separator_touches_every_cut_edge_and_no_smaller_one_does(edges):
+    lower, upper = np.random.default_rng(edges).integers(0, 40, (2, edges))
+    upper = upper + 40
+    graph = sparse.csr_matrix((np.ones(edges, int), (lower, upper)), shape=(80, 80))
+    cover = _cover(lower, upper, 80)
+    assert (cover[lower] | cover[upper]).all()
+    assert cover.sum() == (maximum_bipartite_matching(graph) >= 0).sum()  # Koenig's theorem
+
+
+def test_an_ordering_of_places_moves_unknowns_together(beam):
+    K, _, places = beam
+    order = nested_dissection(K, places)
+    assert (np.diff(order.reshape(-1, 3), axis=1) == 1).all()
+    assert (order[::3] % 3 == 0).all()
+
+
 def test_an_indefinite_matrix_is_refused_by_cholmod():
-    if eigen.cholmod is None:
+    if factorization.cholmod is None:
         pytest.skip("no CHOLMOD")
     with pytest.raises(DataError, match="not positive definite"):
-        eigen.factorize(sparse.diags([1.0, -1.0, 2.0]).tocsr())
+        factorization.factorize(sparse.diags([1.0, -1.0, 2.0]).tocsr())
 
 
 def test_more_pairs_than_unknowns_are_refused(beam):
