@@ -27,7 +27,8 @@ def story():
     yield from press.open_tab()
     press.mouse(*press.MIDDLE)
     space = press.view().spaces.active
-    space.overlay.show_cursor = space.overlay.show_object_origins = False
+    for what in ("cursor", "object_origins", "axis_x", "axis_y"):
+        setattr(space.overlay, f"show_{what}", False)
     space.region_3d.view_distance *= 1.6
     obj = bpy.context.scene.ringdown_object
     for name, step in (("cage", bpy.ops.ringdown.cage), ("result", bpy.ops.ringdown.calibrate)):
