@@ -247,8 +247,8 @@ def geometric_stiffness(model: ElasticModel, displacement: np.ndarray) -> sparse
     bary, weight = quadrature(3, max(0, 3 * (element.degree - 1)))
     volume, _ = gradients(mesh.nodes, mesh.tets)
     smoothed = None
-    if element.domains:
-        shared = element.domains(mesh)[1]
+    if element.domains or element.mixed:
+        shared = element.domains(mesh)[1] if element.domains else mesh.tets
         mean, _ = averages(shared, volume)
         cells, g = gradient_at(model, np.arange(len(volume)), np.full((len(volume), 4), 0.25))
         own = np.einsum("tki,tki->t", u[cells], g)

@@ -121,11 +121,13 @@ def at_equilibrium(model: ElasticModel, rest: Equilibrium, youngs_modulus: float
 def strain_points(model: ElasticModel) -> tuple[StrainPoints, StrainPoints]:
     """Where the model's element takes its deviatoric and its volumetric strain.
 
-    Raises DataError for a discontinuous element, whose faces have no such points.
+    Raises DataError for a discontinuous or mixed element, which has no such points.
     """
     element, mesh = ELEMENTS[model.element], model.mesh
-    if model.element == "dg":
-        raise DataError('equilibrium: element "dg" has no nonlinear form. Use p1_smoothed or p2.')
+    if element.mixed or model.element == "dg":
+        raise DataError(
+            f'equilibrium: element "{model.element}" has no nonlinear form. Use p1_smoothed or p2.'
+        )
     volume, _ = gradients(mesh.nodes, mesh.tets)
     bary, weight = quadrature(3, 2 * (element.degree - 1))
     tet = np.tile(np.arange(len(volume)), len(weight))

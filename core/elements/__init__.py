@@ -5,6 +5,7 @@ from .element import Element, Matrices  # noqa: F401
 from .p1 import P1
 from .p1_smoothed import P1_SMOOTHED
 from .p2 import P2
+from .p2_mixed import P2_MIXED
 from .p3 import P3
 
-ELEMENTS = {element.name: element for element in (P1, P1_SMOOTHED, P2, P3, DG)}
+ELEMENTS = {element.name: element for element in (P1, P1_SMOOTHED, P2, P2_MIXED, P3, DG)}

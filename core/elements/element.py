@@ -29,6 +29,7 @@ class Element:
                         the k shape functions at barycentric coordinates (n, 4)
     domains(mesh)       (T, k) and (T, l): the domains that share each tetrahedron, over which the
                         deviatoric and the volumetric strain are averaged; None = not averaged
+    mixed               the dilatation is projected on functions linear between the nodes
     """
 
     name: str
@@ -37,3 +38,4 @@ class Element:
     cells: Callable[[TetMesh], np.ndarray]
     basis: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
     domains: Callable[[TetMesh], tuple[np.ndarray, np.ndarray]] | None = None
+    mixed: bool = False

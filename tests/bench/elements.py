@@ -1,6 +1,6 @@
 """Every element on coarse meshes as pytetwild makes them: error of the first five frequencies.
 
-    python tests/bench/elements.py [--shapes bar,pudding,ear] [--sizes 400,1200,3000]
+    python tests/bench/elements.py [--shapes bar,pudding,ear] [--sizes 400,1200,3000] [--nu 0.3,0.49]
 
 Prints a table for the docs: per cent off the mesh-converged value (its own standard deviation in
 the heading), worst of modes 2 to 5 after the first is calibrated, unknowns, CPU seconds from mesh
@@ -26,7 +26,7 @@ from core.stiffening import converged_eigenvalues
 from core.tetrahedralize import tetrahedralize
 from tests.bench import shapes
 
-ELEMENTS = ("p1", "p1_smoothed", "p2", "dg")
+ELEMENTS = ("p1", "p1_smoothed", "p2", "p2_mixed", "dg")
 
 
 def builder(surface, along: int, nu: float):
@@ -60,11 +60,12 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--shapes", default="bar,pudding,ear")
     parser.add_argument("--sizes", default="400,1200,3000")
+    parser.add_argument("--nu", default="0.3,0.49")
     args = parser.parse_args()
     for name in args.shapes.split(","):
         surface = getattr(shapes, name)()
         meshes = [tetrahedralize(surface, int(n))[0] for n in args.sizes.split(",")]
-        for nu in (0.3, 0.49):
+        for nu in map(float, args.nu.split(",")):
             lines, sigma = rows(meshes, builder(surface, 0 if name == "bar" else 2, nu))
             print(f"\n{name}, nu = {nu} (reference ±{sigma[0]:.2f} % .. ±{sigma.max():.2f} %)\n")
             print("| tets | element | unknowns | 1 | 2 | 3 | 4 | 5 | after DAC | s |")

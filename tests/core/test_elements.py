@@ -8,6 +8,7 @@ from core.data import Material, TetMesh
 from core.eigen import lowest_eigenpairs
 from core.elasticity import assemble, hold_points
 from core.elements import ELEMENTS, dg
+from core.elements.p2_mixed import nodal_dilatation
 from core.elements.simplex import gradients, quadrature
 from core.errors import DataError
 from core.modes import solve_modes
@@ -136,6 +137,32 @@ def test_smoothing_unlocks_linear_tetrahedra_up_to_a_poisson_ratio_of_0499():
     assert excess("p1", 0.49) > 1
     assert abs(excess("p1_smoothed", 0.49)) < 0.06
     assert abs(excess("p1_smoothed", 0.499)) < 0.08
+
+
+def test_a_pressure_of_its_own_frees_few_quadratic_tetrahedra_of_locking_at_04999():
+    def off(element):
+        models = (
+            assemble(block(n, (0.5, 0.2, 0.1), jitter=0.2), Material(1000.0, 0.4999), e)
+            for n, e in (((5, 2, 1), element), ((10, 4, 2), "p3"))
+        )
+        held = (hold_points(m, np.flatnonzero(m.points[:, 0] == 0)) for m in models)
+        coarse, fine = (solve_modes(m, 5).frequency for m in held)
+        return np.abs(coarse / fine - 1).max()
+
+    assert off("p2_mixed") < off("p2") / 3
+    assert off("p2_mixed") < 0.06
+
+
+def test_a_mixed_dilatation_is_the_mean_that_linear_functions_see():
+    dilatation, size = nodal_dilatation(MESH)
+    points = assemble(MESH, FOAM, "p2_mixed").points
+    u = np.column_stack([points[:, 0] ** 2, points[:, 1], points[:, 2] * 0]).ravel()  # div 2x + 1
+    theta = dilatation @ u
+    assert size.sum() == pytest.approx(MESH.volume)
+    assert size @ theta == pytest.approx((2 * 0.2 + 1) * MESH.volume)  # x = 0.2 on average
+    x = MESH.nodes[:, 0]
+    exact = (2 * 0.4**3 / 3 + 0.4**2 / 2) * 0.2 * 0.3  # of x div u, that linear functions give
+    assert (size * theta) @ x == pytest.approx(exact)
 
 
 def test_quadrature_is_exact_for_monomials_up_to_its_degree():
