@@ -19,6 +19,7 @@ PRESS = runpy.run_path("/mnt/checkout/tests/gui/press.py", run_name="press")
 VERBS = ("click", "key", "mouse", "press", "region", "settings", "shot", "view", "wait", "window")
 click, key, mouse, press, region, settings, shot, view, wait, window = map(PRESS.get, VERBS)
 EXAMPLE = PRESS["EXAMPLE"]
+ROW = 19  # px from one row of the tab to the next
 LINE = 17  # px from one line of a menu to the next
 BOTTOM = 0.0005  # m: what lies below is held
 
@@ -53,10 +54,7 @@ def material():
     yield from press_not("ringdown.material_save(")  # at the end of the menu's row
     bar = region("UI")
     x, y = int(bar.x + 0.3 * bar.width), PRESS["FOUND"]["ringdown.material_save("][1]
-    mouse(x, y)
-    yield 0.4
-    click(x, y)
-    yield 0.7
+    yield from go(x, y)
     for line in (7, 8, 9):
         mouse(x, y - LINE * line)
         yield 0.3
@@ -67,14 +65,28 @@ def material():
     yield from wait(lambda: settings().material.density == 1040, 5)
 
 
+def go(x, y):
+    """As a hand does: there, a moment until the button lights up, a click."""
+    mouse(x, y)
+    yield 0.4
+    click(x, y)
+    yield 0.7
+
+
 def paste(name, text):
-    """Into the field under the mouse, as Ctrl V does."""
+    """Into the field of that name."""
     yield from press_not(name)
+    yield from drop(*PRESS["FOUND"][name], text)
+
+
+def drop(x, y, text):
+    """Into the field under the mouse, as Ctrl V does."""
+    mouse(x, y)
+    yield 0.4
     bpy.context.window_manager.clipboard = text
-    x, y = PRESS["FOUND"][name]
-    window().event_simulate(type="V", value="PRESS", x=x, y=y, ctrl=True)
-    window().event_simulate(type="V", value="RELEASE", x=x, y=y, ctrl=True)
-    yield 0.5
+    for value in ("PRESS", "RELEASE"):
+        window().event_simulate(type="V", value=value, x=int(x), y=int(y), ctrl=True)
+    yield 0.7
 
 
 def press_not(name):
@@ -121,9 +133,10 @@ def pins():
 def recording():
     yield from press_not("recording.source")
     bar = region("UI")
-    click(bar.x + 0.47 * bar.width, PRESS["FOUND"]["recording.source"][1])  # Table, the first
+    yield from go(bar.x + 0.47 * bar.width, PRESS["FOUND"]["recording.source"][1])  # Table
     yield from wait(lambda: settings().recording.source == "CSV", 5)
-    yield from paste("recording.path", str(EXAMPLE / "tracks.csv"))
+    y = PRESS["FOUND"]["recording.source"][1] - ROW
+    yield from drop(bar.x + 0.55 * bar.width, y, str(EXAMPLE / "tracks.csv"))
     yield from wait(lambda: settings().recording.path, 5)
     yield from press("ringdown.read(")
     yield from wait(lambda: len(settings().points) == 12, 5)
