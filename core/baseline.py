@@ -117,12 +117,13 @@ def with_body(law: Law, shapes: np.ndarray, body, seen: np.ndarray) -> Law:
     moved = (operator @ per_metre.reshape(-1, shapes.shape[2])).reshape(len(areas), 3, -1)
     first = np.linalg.norm(moved[:, :, 0], axis=1)
     places, levers = _places(moved, first)
-    pick = np.random.default_rng(0).choice(len(areas), SKIN, p=areas / areas.sum())
     facing = np.abs(np.einsum("qi,qi->q", normals, moved[:, :, 0])) / np.maximum(first, 1e-300)
+    work = first**3 * facing / 2 * areas  # of the drag in mode 1
+    area = float(work.sum())
+    pick = np.random.default_rng(0).choice(len(areas), SKIN, p=work / area)
     skin = np.swapaxes(moved[pick], 1, 2)
-    share = facing[pick] / 2 * areas.sum() / SKIN
-    area = float((first**3 * facing / 2 * areas).sum())
-    wind = skin * (share[:, None, None] / area) * (masses[0] / masses)[None, :, None]
+    share = 1 / (SKIN * first[pick] ** 3)  # so that the picked ones do the work of all
+    wind = skin * share[:, None, None] * (masses[0] / masses)[None, :, None]
     setting = replace(
         law.setting,
         modal_mass=float(masses[0]),
@@ -164,6 +165,8 @@ def _places(moved: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarra
     couples, levers = along[able, 1:] / along[able, :1], along[able, 0]
     if not couples.size:
         return np.zeros((0, moved.shape[2] - 1)), np.zeros(0)
+    if not couples.shape[1]:  # one mode does not tell where: the body's whole range
+        return np.zeros((PLACES, 0)), np.quantile(levers, np.linspace(1, 0, PLACES))
     chosen = [int(np.argmax(levers))]
     while len(chosen) < PLACES:
         gap = np.min([((couples - couples[c]) ** 2).sum(axis=1) for c in chosen], axis=0)

@@ -41,4 +41,3 @@ def find_damping(declared: TimeFit, free: TimeFit) -> tuple[Candidate, tuple[str
         if declared.law.modes < TELLING or worth(c) > worth(best) - EVIDENCE
     )
     return best, twins
-

@@ -124,11 +124,29 @@ def parameters(found: TimeFit, index: int) -> dict:
             if isinstance(value[name], float | np.floating)
         } | {name: None for name in value if not isinstance(value[name], float | np.floating)}
     units = {p.name: p for p in effect.parameters}
-    return {
+    told = {
         name: _told(one, slopes[name], block, units[name])
         for name, one in value.items()
         if not (isinstance(one, float | np.floating) and not np.isfinite(one))
     }
+    return _anywhere(told, effect, (theta, setting, shape, block))
+
+
+def _anywhere(told: dict, effect, known) -> dict:
+    """The parameters with intervals that hold every place where the force may act."""
+    theta, setting, shape, block = known
+    own = len(effect.low)
+    if not effect.force or not told:
+        return told
+    spread = np.sqrt(np.diag(block))[own : len(theta)]
+    for lever, place in zip(*setting.able(theta[own:], spread), strict=True):
+        there = replace(setting, levers=np.array([lever]), places=place[None])
+        other = effect.report(np.r_[theta[:own], place], there, shape)
+        for name, one in told.items():
+            change = float(other[name]) / one["value"] if one["value"] else 1.0
+            low, high = one["ci95"]
+            told[name] = one | {"ci95": [min(low, low * change), max(high, high * change)]}
+    return told
 
 
 def _pose(found: TimeFit) -> np.ndarray:
@@ -172,11 +190,13 @@ def _told(value, slope, block, parameter) -> dict:
         return {"value": value, "ci95": None, "unit": parameter.unit}
     if slope is None:
         return estimate(value, value, value, parameter.unit)
-    half = SURE * float(np.sqrt(max(slope @ block @ slope, 0.0)))
+    spread = np.sqrt(max(slope @ block @ slope, 0.0))
+    half = SURE * float(np.hypot(spread, parameter.form * abs(value)))
     if not np.isfinite(half):
         half = abs(float(value))
     value = float(np.clip(value, parameter.low, parameter.high))
-    low, high = max(value - half, parameter.low), min(value + half, parameter.high)
+    low = max(value - half, parameter.low)
+    high = min((value + half) * (1 + parameter.above), parameter.high)
     return estimate(value, float(low), float(high), parameter.unit)
 
 

@@ -168,6 +168,7 @@ def _entries(start: TimeFit):
         begins = effect.starts(start.law.setting, residual)
         if effect.force:
             begins = [(*b, *place) for b in begins for place in start.law.setting.places]
+            begins = list(dict.fromkeys(begins))
         if begins:
             out.append((screen(start, effect, begins), effect, begins))
     return sorted(out, key=lambda entry: -entry[0].max())

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+UNSURE = 0.1  # of the most that a place shares in a higher mode, that computed shapes are off
 SAME_SHAPE = 0.7  # share of a second motion along a mode's shape that makes it a mere companion
 
 
@@ -16,6 +17,8 @@ class Parameter:
     unit: str
     low: float
     high: float
+    form: float = 0.05  # relative standard deviation by which no real thing keeps to the law
+    above: float = 0.0  # relative, that it may be more than the recording can show
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +46,18 @@ class Setting:
     towards: np.ndarray | None = None  # (C,) seen motion times motion towards the camera, per m2
     pose: np.ndarray | None = None  # (C,) what swings, at the release; known once it is fitted
     paired: bool = True  # the first mode has a degenerate partner that was not matched
+
+    def able(self, couples: np.ndarray, spread: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(n,) levers of the places that `couples` (K - 1,) may be, and (n, K - 1) those places.
+
+        spread (K - 1,): standard deviations.
+        """
+        if not len(self.levers):
+            return np.ones(1), couples[None]
+        wide = np.hypot(spread, UNSURE * np.abs(self.places).max(axis=0, initial=0.0))
+        far = (((self.places - couples) / np.maximum(wide, 1e-12)) ** 2).sum(axis=1)
+        near = far <= max(far.min(), 4.0 * max(len(couples), 1))
+        return self.levers[near], self.places[near]
 
     def lever(self, couples: np.ndarray) -> float:
         """Motion, over the reference's in mode 1, of the known place nearest to `couples`."""

@@ -26,7 +26,7 @@ def lost(jumps: tuple[tuple[float, float], ...], frame: float) -> Effect:
     return Effect(
         name="lost_frames",
         layer="camera",
-        parameters=(Parameter("frames", "count", 0, 1e4),),
+        parameters=(Parameter("frames", "count", 0, 1e4, 0.0),),
         twins=(),
         settle="export the clip with its time stamps, or film a running clock",
         starts=lambda setting, residual: [()],

@@ -10,6 +10,8 @@ import numpy as np
 
 from .base import Effect, Parameter
 
+SHORT = 1 / (1 - np.exp(-1)) - 1  # what held for only as long as its time would hide of the ratio
+
 
 def columns(theta, setting, time, u):
     """The slow return exp(-t/T(1+r)) with a shape of its own; theta = log of its time."""
@@ -43,7 +45,7 @@ def report(theta, setting, shape):
 EFFECT = Effect(
     name="relaxation",
     layer="time",
-    parameters=(Parameter("ratio", "1", 0.0, 10.0), Parameter("time", "s", 1e-3, 1e3)),
+    parameters=(Parameter("ratio", "1", 0.0, 10.0, above=SHORT), Parameter("time", "s", 1e-3, 1e3)),
     twins=("asymmetric_stiffness", "contact", "tracker_drift"),
     settle="hold it for a minute before one release and for a moment before the next",
     low=(np.log(5e-3),),

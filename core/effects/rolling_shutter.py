@@ -29,7 +29,7 @@ def requires(setting, takes):
 EFFECT = Effect(
     name="rolling_shutter",
     layer="camera",
-    parameters=(Parameter("readout", "s", 0.0, 0.1),),
+    parameters=(Parameter("readout", "s", 0.0, 0.1, 0.0),),
     twins=(),
     settle="turn the camera by a quarter: the delay turns with it",
     low=(-0.5,),

@@ -25,7 +25,7 @@ def veto(found):
 EFFECT = Effect(
     name="split_modes",
     layer="time",
-    parameters=(Parameter("split", "1", -0.15, 0.15),),
+    parameters=(Parameter("split", "1", -0.15, 0.15, 0.0),),
     twins=("tracker_drift",),
     settle="pull it along each of its two axes of symmetry and release: each rings alone",
     low=(-0.17, 1e-4),

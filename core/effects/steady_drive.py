@@ -74,7 +74,10 @@ def veto(found):
 EFFECT = Effect(
     name="steady_drive",
     layer="time",
-    parameters=(Parameter("frequency", "Hz", 0.0, 1e4), Parameter("amplitude", "m", 0.0, 10.0)),
+    parameters=(
+        Parameter("frequency", "Hz", 0.0, 1e4, 0.0),
+        Parameter("amplitude", "m", 0.0, 10.0),
+    ),
     twins=(),
     settle="film the object at rest: a line that stays comes from outside",
     low=(np.log(0.02),),

@@ -122,11 +122,22 @@ def tune_one(stage, one, wanted: float) -> tuple[float, float]:
         new = float(np.clip(s * (wanted / max(error, 1e-30)) ** (1 / power), *one.limits))
         if abs(np.log(new / s)) < 0.02:
             break
-        after = error_of(stage, [one], film.shoot(stage, [one], [new]))
+        after = error_alone(stage, one, new)
+        while not np.isfinite(after):  # it ran away: half as far
+            new = (s * new) ** 0.5
+            after = error_alone(stage, one, new)
         if min(after, error) > 0:
             power = np.clip(np.log(after / error) / np.log(new / s), 0.4, 3.0)
         s, error = new, after
     return s, error
+
+
+def error_alone(stage, one, s: float) -> float:
+    """What one effect of strength s leaves; infinite where its motion runs away."""
+    try:
+        return error_of(stage, [one], film.shoot(stage, [one], [s]))
+    except ValueError:
+        return np.inf
 
 
 def spread(shot, stage) -> float:
