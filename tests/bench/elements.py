@@ -1,6 +1,7 @@
 """Every element on coarse meshes as pytetwild makes them: error of the first five frequencies.
 
-    python tests/bench/elements.py [--shapes bar,pudding,ear] [--sizes 400,1200,3000] [--nu 0.3,0.49]
+    python tests/bench/elements.py [--shapes bar,pudding,ear] [--sizes 400,1200,3000]
+        [--nu 0.3,0.49]
 
 Prints a table for the docs: per cent off the mesh-converged value (its own standard deviation in
 the heading), worst of modes 2 to 5 after the first is calibrated, unknowns, CPU seconds from mesh

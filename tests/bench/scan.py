@@ -1,4 +1,5 @@
-"""From a scan of 131,072 triangles to 10 modes at 5,000 tetrahedra: seconds of each step.
+"""From a scan of 131,072 triangles to 10 modes at 5,000 tetrahedra: seconds of each step;
+and what is left of a plate that crashes the tetrahedralizer.
 
     python tests/bench/scan.py [ELEMENTS]
 
@@ -14,10 +15,11 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from core.data import Material
 from core.elasticity import assemble
-from core.errors import Cancelled
+from core.errors import Cancelled, MeshError
 from core.modes import solve_modes
 from core.tetrahedralize import tetrahedralize
-from tests.core.surfaces import scan
+from core.tetwild import run_tetwild
+from tests.core.surfaces import box, scan
 
 
 def cpu() -> float:
@@ -44,6 +46,15 @@ def cancel_delay(surface, elements: int) -> float:
     return 0.0
 
 
+def crash() -> str:
+    """What is said of a plate a fiftieth as thick as wide, with an epsilon as large as that."""
+    try:
+        _, tets = run_tetwild(box((1.0, 1.0, 0.02)), 0.05, 0.02)
+    except MeshError as error:
+        return str(error)
+    return f"no crash here, {len(tets)} tetrahedra"
+
+
 def main() -> None:
     elements = int(sys.argv[1]) if len(sys.argv) > 1 else 5000
     surface = scan(7)
@@ -60,6 +71,9 @@ def main() -> None:
         )
         timed(f"10 modes {element}", lambda m=model: solve_modes(m, 16))
     print(f"cancelled after {cancel_delay(surface, 10 * elements):.2f} s")
+    print(f"thin plate: {crash()}")
+    mesh, report = tetrahedralize(box((1.0, 1.0, 0.02)), 2000)
+    print(f"  and with our choice of epsilon {report.tets} tetrahedra in {report.trials} runs")
 
 
 if __name__ == "__main__":
