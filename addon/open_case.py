@@ -78,7 +78,6 @@ def _fill(obj: bpy.types.Object, fields: dict, path: Path, pinned: np.ndarray) -
     note(recording, seen)
     if given["capture_fps"]:
         recording.capture_fps = given["capture_fps"]
-        recording.seconds = recording.frames / given["capture_fps"]
     for end in ("start", "stop"):
         if given[end] is not None:
             setattr(recording, f"own_{end}", True)

@@ -57,7 +57,6 @@ def note(recording, seen: film.Seen) -> None:
         recording.capture_fps = 1 / float(np.median(np.diff(seen.time)))
     if recording.source == "VIDEO":
         recording.frames = recording.clip.frame_duration
-    recording.seconds = recording.frames / recording.capture_fps
     unit = "metres" if recording.solid else "pixels"
     recording.found = f"{len(seen.names)} points in {unit}, {recording.frames} frames"
 

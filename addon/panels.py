@@ -142,7 +142,7 @@ class RINGDOWN_PT_recording(SubStep, bpy.types.Panel):
         self.clock(context, layout, recording)
         layout.operator("ringdown.read", icon="FILE_REFRESH")
         if recording.found:
-            say(layout, f"{recording.found}, {recording.seconds:.3g} s")
+            say(layout, f"{recording.found}, {recording.frames / recording.capture_fps:.3g} s")
         elif not ready.for_recording(context):
             needs(layout, "Not read yet")
         if obj.ringdown.points:

@@ -134,7 +134,6 @@ class RINGDOWN_PG_recording(bpy.types.PropertyGroup):
         options=RELATIVE,
     )
     frames: IntProperty(options=HIDDEN)
-    seconds: FloatProperty(options=HIDDEN)
     found: StringProperty(options=HIDDEN)  # what the last look at the recording told, one line
     solid: BoolProperty(options=HIDDEN)  # tracks in metres: no camera is needed
     timed: BoolProperty(options=HIDDEN)  # the table says its own time
