@@ -15,7 +15,7 @@ DEAD = 0.5  # damping ratio above which a pole is no mode of the body that rings
 SPLIT = 0.15  # relative, up to which a degenerate pair is one that `split_modes` parts
 ACROSS = 0.3  # MAC below which two motions have other directions
 FOLDED = 5.0  # likeness in shape that one of relative pitch weighs, for a folded mode
-RARE = 0.1  # likeness that a folded mode must be better by
+LEAST = 0.35  # likeness, less the difference in pitch, from which a mode is known
 HARMONIC = 0.04  # relative distance below which a pole is an overtone of a nonlinear mode
 
 
@@ -120,18 +120,20 @@ def _partner(one, taken, modes, computed):
         overtone = any(abs(f / g / n - 1) < HARMONIC for n in (2, 3, 4, 5))
         if mac(shape, other) > 0.9 and (overtone or abs(f / g - 1) < 0.4):
             return None, 0.0
-    best, found = 0.35, None
-    for j in range(len(frequency)):
-        if j in modes or not _may_pair(one, j, taken, modes, frequency):
-            continue
-        alike = likeness(shape, shapes, frequency, j)
-        quality = alike - abs(np.log(f / frequency[j]))
-        if is_folded(f, frequency[j], rate):
-            off = abs(unfolded(f, frequency[j], rate) / frequency[j] - 1)
-            quality = alike - FOLDED * off - RARE
-        if quality > best:
-            best, found = quality, j
-    return found, best
+    free = [j for j in range(len(frequency))
+            if j not in modes and _may_pair(one, j, taken, modes, frequency)]  # fmt: skip
+    alike = {j: likeness(shape, shapes, frequency, j) for j in free}
+    plain = {j: alike[j] - abs(np.log(f / frequency[j])) for j in free}
+    if max(plain.values(), default=0.0) <= LEAST:  # no mode is like it, but one's fold may be
+        plain = {
+            j: alike[j] - FOLDED * abs(unfolded(f, frequency[j], rate) / frequency[j] - 1)
+            for j in free
+            if is_folded(f, frequency[j], rate)
+        }
+    found = max(plain, key=plain.get, default=None)
+    if found is None or plain[found] <= LEAST:
+        return None, 0.0
+    return found, plain[found]
 
 
 def _may_pair(one, j: int, taken, modes, frequency: np.ndarray) -> bool:

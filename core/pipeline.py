@@ -16,6 +16,7 @@ from .case import read_case
 from .dac import apparent, material
 from .data import Case, ElasticModel, Motion, TetMesh
 from .diagnosis import Verdict, diagnose, errors
+from .effects import mesh_stiffening
 from .elasticity import add_loads
 from .findings import Findings, examine
 from .further import with_further
@@ -171,7 +172,10 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
                 "budget": findings.budget(budget(heard.declared)),
             },
         ),
-        "warnings": list(findings.warnings),
+        "warnings": [
+            *findings.warnings,
+            *filter(None, [mesh_stiffening.told(stiff, heard.match.modes)]),
+        ],
     }
 
 

@@ -12,6 +12,7 @@ from . import (
     graded_stiffness,
     gravity_preload,
     large_amplitude,
+    mesh_stiffening,
     perspective,
     poisson_ratio,
     relaxation,
@@ -49,14 +50,14 @@ MODAL_EFFECTS = (
 
 DAMPING = {law.EFFECT.name: law for law in (structural_damping, viscous_damping)}
 
-CAMERA_EFFECTS = (aliasing.EFFECT,)
+COMPUTED_EFFECTS = (aliasing.EFFECT, mesh_stiffening.EFFECT)
 
 BY_NAME = {
     effect.name: effect
     for effect in (
         *TIME_EFFECTS,
         *MODAL_EFFECTS,
-        *CAMERA_EFFECTS,
+        *COMPUTED_EFFECTS,
         *(law.EFFECT for law in DAMPING.values()),
     )
 }

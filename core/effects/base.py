@@ -84,7 +84,7 @@ class Effect:
     """
 
     name: str
-    layer: str  # "time" | "modal" | "camera"; "pair" and "mode" are the body's own motions
+    layer: str  # "time" | "modal" | "camera" | "computed"; "pair" and "mode" are the body's own
     parameters: tuple[Parameter, ...]
     twins: tuple[str, ...]
     settle: str  # the experiment that would separate it from its twins

@@ -5,6 +5,7 @@ import pytest
 
 from core.errors import RecordingError
 from core.pipeline import calibrate_case
+from tests.truth import make
 
 BOX = [(x, y, z) for x in (0, 0.1) for y in (0, 0.015) for z in (0, 0.015)]
 FACES = ((1, 2, 4, 3), (5, 7, 8, 6), (1, 5, 6, 2), (3, 4, 8, 7), (1, 3, 7, 5), (2, 6, 8, 4))
@@ -104,4 +105,49 @@ def test_gaps_in_the_tracks_are_no_effect(tmp_path):
     ]
     tracks.write_text("\n".join([head, *rows]))
     report = calibrate_case(path, elements=300).report
+    assert report["diagnosis"]["verdict"] == "adequate"
+
+
+def crossed(folder, hung, gravity=True):
+    """The bar swinging up and down at 3.5 Hz and sideways at 5 Hz, where it should be one pitch."""
+    path = case(folder, swing(3.5 if hung else 5.0, 0.02), 120, 5)
+    table = np.genfromtxt(folder / "tracks.csv", delimiter=",", names=True)
+    sideways = table["my"] + swing(5.0, 0.02, 3e-3)(table["time"])
+    rows = [
+        f"{t:.9g},{x:.9g},{y:.9g},{z:.9g}"
+        for t, x, y, z in zip(table["time"], table["mx"], sideways, table["mz"], strict=True)
+    ]
+    (folder / "tracks.csv").write_text("time,m.x,m.y,m.z\n" + "\n".join(rows))
+    if gravity:
+        text = path.read_text().replace("density", "gravity = [0, 0, -9.81]\ndensity")
+        path.write_text(text)
+    return path
+
+
+@pytest.mark.slow
+def test_a_hanging_mass_is_told_by_the_swing_that_it_leaves_alone(tmp_path):
+    (tmp_path / "plain").mkdir()
+    plain = calibrate_case(crossed(tmp_path / "plain", hung=False), elements=300).report
+    report = calibrate_case(crossed(tmp_path, hung=True), elements=300).report
+    assert plain["diagnosis"]["verdict"] == "adequate"
+    assert report["diagnosis"]["effects"][-1]["name"] == "added_mass"
+    moduli = [r["youngs_modulus"]["material"]["value"] for r in (plain, report)]
+    assert moduli[1] == pytest.approx(moduli[0], rel=0.03)
+    body = 1000.0 * 0.1 * 0.015**2
+    tip = 0.2427 * body * ((5.0 / 3.5) ** 2 - 1)  # Rayleigh: 33/136 of a cantilever swings
+    low, high = report["diagnosis"]["effects"][-1]["parameters"]["mass"]["ci95"]
+    assert low < 1.1 * tip and high > tip
+
+
+@pytest.mark.slow
+def test_a_ring_down_that_foretells_the_tail_is_modes_and_no_effect(tmp_path):
+    truth = make("added_mass", 1, tmp_path)
+    diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
+    assert [e["name"] for e in diagnosis["effects"]] == truth["effects"]
+
+
+@pytest.mark.slow
+def test_a_declared_load_on_a_soft_top_is_no_effect(tmp_path):
+    make("null", 83, tmp_path)
+    report = calibrate_case(tmp_path / "case.toml").report
     assert report["diagnosis"]["verdict"] == "adequate"

@@ -315,3 +315,15 @@ def test_given_poles_can_be_kept():
 def test_too_little_data_is_refused(time, signals, said):
     with pytest.raises(RecordingError, match=said):
         invert(time, signals)
+
+
+def test_what_swings_loudly_is_a_mode_though_its_pitch_jumps():
+    """No sum of damped sinusoids is like it, yet half of it and more is one."""
+    rng = np.random.default_rng(4)
+    time = np.arange(400) / 60
+    phase = 2 * np.pi * np.cumsum(np.where(time < 3.8, 3.03, 2.87)) / 60
+    shape = rng.standard_normal(12)
+    y = np.outer(10 * np.exp(-0.1 * time) * np.cos(phase), shape) + rng.standard_normal((400, 12))
+    found = invert(time, y, noise=np.ones(12))
+    assert len(found.frequency) >= 1
+    assert 2.8 < found.frequency[0] < 3.1

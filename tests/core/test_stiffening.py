@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from core.data import Material
-from core.elasticity import assemble, hold_points
+from core.data import Load, Material
+from core.elasticity import add_loads, assemble, hold_points
 from core.elements import ELEMENTS
 from core.modes import solve_modes
 from core.refine import refine
-from core.stiffening import converged_eigenvalues, nested_interpolation, stiffening
+from core.stiffening import converged_eigenvalues, moved, nested_interpolation, stiffening
 from tests.core.solids import block
 
 SIZE = (0.6, 0.1, 0.15)
@@ -37,6 +37,21 @@ def test_the_converged_eigenvalues_hold_the_finely_refined_ones_in_their_error(n
     found = converged_eigenvalues(builder(nu), MESH, 4)
     assert (np.abs(found.values[:4] - truth[nu]) < 2.5 * found.sigma[:4]).all()
     assert (found.sigma[:4] < 0.04 * truth[nu]).all()
+
+
+def test_a_rim_of_pins_through_triangles_holds_no_more_of_the_finer_element():
+    def build(mesh, element):  # half a cell beyond the end: only points of p3 lie there
+        model = assemble(mesh, Material(1000.0, 0.3), element)
+        return hold_points(model, np.flatnonzero(model.points[:, 0] < 0.045))
+
+    def whole_end(mesh, element):
+        model = assemble(mesh, Material(1000.0, 0.3), element)
+        return hold_points(model, np.flatnonzero(model.points[:, 0] < 1e-9))
+
+    straight = block((5, 2, 2), SIZE)
+    rim, end = (converged_eigenvalues(b, straight, 4) for b in (build, whole_end))
+    assert build(straight, "p3").pinned.sum() > whole_end(straight, "p3").pinned.sum()
+    assert rim.values == pytest.approx(end.values, rel=1e-9)
 
 
 @pytest.mark.parametrize("element", ELEMENTS)
@@ -96,3 +111,25 @@ def test_quadratic_fields_pass_unchanged_to_the_cubic_points():
 
     got = nested_interpolation(coarse, fine) @ field(coarse.points).ravel()
     assert got.reshape(-1, 3) == pytest.approx(field(fine.points), abs=1e-12)
+
+
+def test_a_lumped_mass_has_pitches_that_converge_on_any_mesh():
+    """On a point they would not: there the body gives way without limit (Johnson, ch. 3)."""
+    load = (Load(3.0, np.array([0.6, 0.1, 0.15])),)
+
+    def build(mesh, element):
+        return add_loads(builder(0.45)(mesh, element), load)
+
+    coarse, fine = (converged_eigenvalues(build, mesh, 3) for mesh in (MESH, refine(MESH)))
+    assert fine.values[:3] == pytest.approx(coarse.values[:3], rel=0.04)
+    assert (fine.sigma[:3] < 0.02 * fine.values[:3]).all()
+
+
+def test_half_the_width_of_a_lump_moves_no_pitch_without_one_and_some_with_it():
+    plain = builder(0.45)(MESH, "p2")
+    loaded, narrow = (
+        add_loads(plain, (Load(3.0, np.array([0.6, 0.1, 0.15])),), width=w) for w in (1.0, 0.5)
+    )
+    assert moved(plain, solve_modes(plain, 4), plain) == pytest.approx(0, abs=1e-6)
+    change = moved(loaded, solve_modes(loaded, 4), narrow)
+    assert 1e-4 < change.max() < 0.5

@@ -1,0 +1,73 @@
+"""What the camera does: folds, a near lens, a pinhole's bend, a wrong clock; planted elsewhere."""
+
+import numpy as np
+import pytest
+
+from core.effects.aliasing import is_folded, unfolded
+from core.match import true_pitches
+from core.pipeline import calibrate_case
+from tests.truth import make
+
+
+@pytest.mark.parametrize("true", [30.27, 61.2, 104.9])
+def test_a_fold_is_undone_from_nearby(true):
+    seen = abs(true - 50 * round(true / 50))
+    assert unfolded(seen, 1.02 * true, 50) == pytest.approx(true)
+
+
+def test_a_pitch_that_fits_its_own_mode_or_none_is_not_unfolded():
+    assert not is_folded(19.7, 20.0, 50)  # below half the rate
+    assert not is_folded(40.0, 34.0, 60)  # its fold is 15 % off
+    assert is_folded(19.73, 30.27, 50)
+
+
+def test_only_the_folded_one_of_several_pitches_is_unfolded():
+    computed = np.array([4.93, 11.01, 30.27])
+    found = true_pitches(np.array([4.93, 11.04, 19.73]), (0, 1, 2), computed, 50)
+    assert found == pytest.approx([4.93, 11.04, 30.27], rel=1e-3)
+
+
+def planted(kind, seed, folder):
+    truth = make(kind, seed, folder)
+    result = calibrate_case(folder / "case.toml")
+    return truth, result, result.report["diagnosis"]
+
+
+@pytest.mark.slow
+def test_a_folded_mode_is_named_with_its_true_pitch_and_baked_at_it(tmp_path):
+    truth, result, diagnosis = planted("aliasing", 84, tmp_path)
+    assert [e["name"] for e in diagnosis["effects"]] == ["aliasing"]
+    told = diagnosis["effects"][0]["parameters"]["frequency"]["value"]
+    assert told == pytest.approx(truth["parameters"]["aliasing"]["frequency"], rel=2e-3)
+    first, last = result.report["error"]["chain"]
+    assert last["fit"] < 0.7 * first["fit"]
+    weight = result.motion.weights[:, 2]
+    turns = np.flatnonzero(np.diff(np.sign(weight[: len(weight) // 4])))
+    half = np.median(np.diff(result.motion.time[turns]))
+    assert 0.5 / half == pytest.approx(told, rel=0.03)
+
+
+@pytest.mark.slow
+def test_a_near_lens_is_read_off_the_rest_places(tmp_path):
+    truth, _, diagnosis = planted("perspective", 84, tmp_path)
+    assert [e["name"] for e in diagnosis["effects"]] == ["perspective"]
+    told = diagnosis["effects"][0]["parameters"]["distance"]
+    assert told["value"] == pytest.approx(truth["parameters"]["perspective"]["distance"], rel=0.05)
+
+
+@pytest.mark.slow
+def test_a_declared_pinhole_bends_nothing_into_an_effect(tmp_path):
+    truth, _, diagnosis = planted("poisson_ratio", 83, tmp_path)
+    assert [e["name"] for e in diagnosis["effects"]] == ["poisson_ratio"]
+    low, high = diagnosis["effects"][0]["parameters"]["value"]["ci95"]
+    assert low < truth["parameters"]["poisson_ratio"]["value"] < high
+
+
+@pytest.mark.slow
+def test_a_wrong_clock_shows_where_the_sag_does_not_fit_the_pitch(tmp_path):
+    truth, result, diagnosis = planted("clock", 84, tmp_path)
+    assert diagnosis["effects"][0]["name"] == "clock"
+    low, high = diagnosis["effects"][0]["parameters"]["factor"]["ci95"]
+    assert low < truth["parameters"]["clock"]["factor"] < high
+    modulus = result.report["youngs_modulus"]["material"]["value"]
+    assert modulus == pytest.approx(truth["youngs_modulus"], rel=0.05)
