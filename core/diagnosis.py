@@ -135,7 +135,7 @@ def _diagnose(declared: TimeFit, widen: Callable) -> Verdict:
         return Verdict("unexplained", chain, (), (), ranked, ())
     if both:
         return _two(chain, both, ranked)
-    if over < WEAK and more_modes(declared):
+    if over < WEAK and not _fails(declared) and more_modes(declared):
         return Verdict("adequate", chain, (), (), ranked, ())
     partial = tuple(c for c in strong[:1] if c.share > 0.3 and not c.held_share < 0.3)
     if partial:

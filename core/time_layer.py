@@ -81,7 +81,11 @@ def proposals(start: TimeFit) -> list[Effect]:
     data = law.takes[law.fitted[0]]
     residual = data.values - start.predicted[law.fitted[0]]
     if len(np.unique(data.marker[~data.support])) >= 3:
-        out += tracker_drift.propose(data, residual)
+        left = tuple(
+            t.values - p if p is not None else 0 * t.values
+            for t, p in zip(law.takes, start.predicted, strict=True)
+        )
+        out += tracker_drift.propose(law.takes, left, law.fitted[0])
     if len(law.fitted) == 1 and np.isfinite(residual).all(axis=1).sum() > 12:
         out += _jumps(start, data)
     if _common_is_possible(start, data):

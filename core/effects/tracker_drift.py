@@ -3,6 +3,7 @@
 Law         y_m += a polynomial in time, or a step, in one marker only
 Tells       one marker leaves the motion that all others share
 Looks like  split_modes when there are few markers; relaxation when one marker dominates
+Cannot      be predicted where it wanders at random: then the marker is set aside whole
 Source      Baker and Matthews, Int. J. Comput. Vis. 56 (2004) 221: template drift
 """
 
@@ -11,6 +12,7 @@ import numpy as np
 from .base import Effect, Parameter
 
 PARAMETERS = (Parameter("markers", "names", 0, 0),)
+ALONE = 10.0  # times the usual marker's misfit, from which one may be set aside
 SETTLE = "track again with a larger pattern, or put a better mark there"
 
 
@@ -50,8 +52,28 @@ def jump(marker: int, when: float, name: str) -> Effect:
     )
 
 
-def propose(data, residual: np.ndarray) -> list[Effect]:
-    """Effects worth a fit: markers whose residual (T, C) stands out from the others'."""
+def stray(marker: int, name: str, takes: tuple, residuals: tuple) -> Effect:
+    """One marker set aside: all that it leaves, in each take (T, C), is the tracker's."""
+    own = [
+        np.where(data.marker == marker, np.nan_to_num(left), 0.0)
+        for data, left in zip(takes, residuals, strict=True)
+    ]
+    return Effect(
+        name="tracker_drift",
+        layer="camera",
+        parameters=PARAMETERS,
+        twins=("split_modes",),
+        settle=SETTLE,
+        starts=lambda setting, residual: [()],
+        given=lambda take: own[take],
+        free=int(sum(d.fit.sum() * (d.marker == marker).sum() for d in takes)),
+        report=lambda theta, setting, shape: {"markers": [name]},
+    )
+
+
+def propose(takes: tuple, residuals: tuple, first: int) -> list[Effect]:
+    """Effects worth a fit: markers whose residual (T, C) stands out in the take `first`."""
+    data, residual = takes[first], residuals[first]
     size = np.array(
         [
             np.nanmean((residual[:, data.marker == m] / data.sigma[data.marker == m]) ** 2)
@@ -65,6 +87,8 @@ def propose(data, residual: np.ndarray) -> list[Effect]:
         found.append(wander(int(m), name))
         at = _best_step(residual[:, data.marker == m])
         found.append(jump(int(m), float(data.time[at]), name))
+        if size[m] > ALONE * np.median(size):
+            found.append(stray(int(m), name, takes, residuals))
     return found
 
 

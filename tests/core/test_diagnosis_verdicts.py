@@ -151,3 +151,14 @@ def test_a_declared_load_on_a_soft_top_is_no_effect(tmp_path):
     make("null", 83, tmp_path)
     report = calibrate_case(tmp_path / "case.toml").report
     assert report["diagnosis"]["verdict"] == "adequate"
+
+
+@pytest.mark.slow
+def test_a_marker_that_wanders_at_random_is_set_aside(tmp_path):
+    truth = make("tracker_drift", 131, tmp_path)
+    report = calibrate_case(tmp_path / "case.toml").report
+    (found,) = report["diagnosis"]["effects"]
+    assert found["name"] == "tracker_drift"
+    assert (
+        found["parameters"]["markers"]["value"] == truth["parameters"]["tracker_drift"]["markers"]
+    )
