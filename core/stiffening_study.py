@@ -20,7 +20,7 @@ from .surface import read_surface
 from .tetrahedralize import tetrahedralize
 
 Progress = Callable[[float, str], None]
-EVERY_ELEMENT = ("p1", "p1_smoothed", "p2")
+EVERY_ELEMENT = ("p1", "p1_smoothed", "p2", "p2_mixed")
 
 
 @dataclass(frozen=True)

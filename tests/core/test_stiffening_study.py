@@ -54,7 +54,7 @@ def test_the_command_writes_a_table_and_a_picture(tmp_path):
     words = [str(tmp_path / "bar.obj"), pins, "--out", str(tmp_path / "o"), "--elements", "300,700"]
     text = stiffening_main(parser.parse_args(words))
     rows = json.loads((tmp_path / "o" / "stiffening.json").read_text())
-    assert len(rows) == 6 == text.count("\n")
+    assert len(rows) == 8 == text.count("\n")
     assert (tmp_path / "o" / "stiffening.png").read_bytes()[1:4] == b"PNG"
     first = {(r["element"], r["tets"]): abs(r["pitch_error"][0]) for r in rows}
     assert all(v < 0.06 for (e, _), v in first.items() if e == "p2")
