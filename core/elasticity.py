@@ -118,14 +118,18 @@ def loose_motions(model: ElasticModel) -> int:
     return {0: 3, 1: 1, 2: 0}[int(spread.sum())]
 
 
-def add_loads(model: ElasticModel, loads: tuple[Load, ...], width: float = 1.0) -> ElasticModel:
+def add_loads(
+    model: ElasticModel, loads: tuple[Load, ...], *, width: float = 1.0, over_foot: bool = True
+) -> ElasticModel:
     """The body with lumped masses fixed to it: M + Σ m NᵀN, N the mean motion under the load.
 
-    `width` scales the patch that a load sits on.
+    `width` scales the patch that a load sits on. Not `over_foot`: a load sits in the middle of its
+    patch, which beside an edge is not quite where it was said to be.
     """
     mass = model.mass
     for load in loads:
-        N = lump_operator(model, load.position[None], width * lump_radius(load.mass))
+        radius = width * lump_radius(load.mass)
+        N = lump_operator(model, load.position[None], radius, over_foot=over_foot)
         mass = mass + load.mass * (N.T @ N)
     return replace(model, mass=mass.tocsr())
 
@@ -135,7 +139,9 @@ def lump_radius(mass: float) -> float:
     return (3 * mass / (4 * np.pi * LUMP)) ** (1 / 3)
 
 
-def lump_operator(model: ElasticModel, positions: np.ndarray, radius: float) -> sparse.csr_matrix:
+def lump_operator(
+    model: ElasticModel, positions: np.ndarray, radius: float, *, over_foot: bool = True
+) -> sparse.csr_matrix:
     """(3n, 3P): as `point_operator`, of what sits on a patch of surface and turns with it.
 
     Under a mass on a point the body gives way without limit as the mesh gets finer, and no pitch
@@ -153,7 +159,7 @@ def lump_operator(model: ElasticModel, positions: np.ndarray, radius: float) -> 
     share = areas * np.maximum(1 - (gap / np.maximum(radius, least)) ** 2, 0)
     share /= share.sum(axis=1, keepdims=True)
     turn = patch_means(skin, face, foot) @ rotation_operator(model, skin)
-    lever = cross_blocks(-(x - share @ places)) @ turn
+    lever = cross_blocks(-(x - (share @ places if over_foot else foot))) @ turn
     operator = each_axis(sparse.csr_matrix(share)) @ on + lever
     inside = (locate(x, model.mesh.nodes, model.mesh.tets)[0] >= 0) & (depth > radius)
     keep = sparse.diags(np.repeat(inside.astype(float), 3))

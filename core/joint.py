@@ -62,6 +62,29 @@ def hear(case: Case, bare: ElasticModel, find_release) -> Heard:
 
     Raises RecordingError as `listen` does.
     """
+    ground, rings = _listened(case, bare, find_release)
+    takes, condition, bodies, fitted = ground.takes, ground.condition, ground.bodies, ground.fitted
+    matches = {}
+    for i, data in enumerate(takes):
+        if condition[i] not in matches and not data.take.held_out:
+            matches[condition[i]] = _match(data, rings[i], bodies[condition[i]])
+    matches = _common(matches)
+    chosen = [_same_poles(takes[i], rings, i, condition, matches) for i in fitted]
+    settled = _settled(ground, chosen, matches)
+    straight = tuple(_straightened(ground, settled[1], i) for i in range(len(takes)))
+    if any(new is not old for new, old in zip(straight, takes, strict=True)):
+        takes, ground = straight, replace(ground, takes=straight)
+        chosen = [_same_poles(takes[i], rings, i, condition, settled[2]) for i in fitted]
+        settled = _settled(ground, chosen, settled[2])
+    free, turns, first = _whole(ground, settled, rings)
+    declared, damping = free, damping_law(case.declared)
+    if damping != "free":
+        declared = fit(replace(free.law, damping=damping), free.parameters, evaluations=40)
+    return Heard(takes, rings, condition, bodies, first, turns, free, declared)
+
+
+def _listened(case: Case, bare: ElasticModel, find_release) -> tuple["_Ground", tuple]:
+    """The takes and the bodies that they need, and every take's ring-down."""
     pairs = [listen(take, find_release) for take in case.takes]
     rings = tuple(ring for _, ring in pairs)
     takes = tuple(_first_periods(d, r) if d.take.held_out else d for d, r in pairs)
@@ -69,37 +92,46 @@ def hear(case: Case, bare: ElasticModel, find_release) -> Heard:
     order = list(dict.fromkeys(keys))
     condition = tuple(order.index(key) for key in keys)
     bodies = tuple(build_body(case, bare, case.takes[keys.index(key)].loads) for key in order)
-    matches = {}
-    for i, data in enumerate(takes):
-        if condition[i] not in matches and not data.take.held_out:
-            matches[condition[i]] = _match(data, rings[i], bodies[condition[i]])
-    matches = _common(matches)
     fitted = [i for i, d in enumerate(takes) if not d.take.held_out]
-    chosen = [_same_poles(takes[i], rings, i, condition, matches) for i in fitted]
-    ground = _Ground(takes, condition, bodies, fitted)
-    free, turns, matches = _settled(ground, chosen, matches)
-    straight = tuple(_straightened(ground, turns, i) for i in range(len(takes)))
-    if any(new is not old for new, old in zip(straight, takes, strict=True)):
-        takes, ground = straight, replace(ground, takes=straight)
-        chosen = [_same_poles(takes[i], rings, i, condition, matches) for i in fitted]
-        free, turns, matches = _settled(ground, chosen, matches)
-    first = matches[condition[fitted[0]]]
-    body = bodies[condition[fitted[0]]]
+    return _Ground(takes, condition, bodies, fitted), rings
+
+
+def _whole(ground: "_Ground", settled: tuple, rings: tuple):
+    """The settled fit with weak modes, partners and further modes; the turns, the first match.
+
+    A weak mode that leaves its place once the others are there was none.
+    """
+    condition = ground.condition[ground.fitted[0]]
+    body = ground.bodies[condition]
+    free, _, matches = settled
+    first = matches[condition]
     if len(matches) == 1 and None not in first.modes:
         weak = _weak_modes(free, body, first)
         if weak is not None:
-            chosen = [_amplitudes(takes[i], weak[0]) for i in fitted]
-            free, turns, matches = _settled(ground, chosen, {condition[fitted[0]]: weak[1]})
-            first = matches[condition[fitted[0]]]
-    computed = body.modes.frequency
+            chosen = [_amplitudes(ground.takes[i], weak[0]) for i in ground.fitted]
+            wider = _settled(ground, chosen, {condition: weak[1]})
+            found = _with_all(wider, body, condition, rings)
+            if not _strayed(found[0], wider[0].frequency, wider[0].damping_ratio).any():
+                return found
+    return _with_all(settled, body, condition, rings)
+
+
+def _with_all(settled: tuple, body: Body, condition: int, rings: tuple):
+    free, turns, matches = settled
+    first, computed = matches[condition], body.modes.frequency
     setting = replace(free.law.setting, paired=has_twin(first.modes, computed))
     free = replace(free, law=replace(free.law, setting=setting))
     free = _with_partners(free, _gaps(first.modes, computed))
-    free = with_further(free, first, body, rings)
-    declared, damping = free, damping_law(case.declared)
-    if damping != "free":
-        declared = fit(replace(free.law, damping=damping), free.parameters, evaluations=40)
-    return Heard(takes, rings, condition, bodies, first, turns, free, declared)
+    return with_further(free, first, body, rings), turns, first
+
+
+def _strayed(found: TimeFit, heard: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """(K,) bool: modes that have left the pitch (Hz) or damping ratio that they were heard at."""
+    away = np.abs(np.log(found.frequency / heard))
+    strayed = (away > STRAY) | (away > _to_nearest(found.frequency))
+    strayed |= found.damping_ratio > np.maximum(MUCH, 2 * z)
+    strayed[0] = False
+    return strayed
 
 
 def _straightened(ground: "_Ground", turns, index: int) -> Channels:
@@ -200,15 +232,20 @@ def _match(data: Channels, ring: RingDown, body: Body) -> Match:
 
 
 def _common(matches: dict[int, Match]) -> dict[int, Match]:
-    """Only the modes that every condition shows, in the order of the first."""
+    """The strongest mode of each condition, and the others that every condition shows.
+
+    With other loads the strongest one may be the other of two that lie close together.
+    """
     if len(matches) == 1:
         return matches
+    strongest = {m.modes[0] for m in matches.values()}
     first = next(iter(matches.values()))
-    shared = [j for j in first.modes if all(j in m.modes for m in matches.values())]
-    if not shared or None in shared:
+    if None in strongest:
         return {c: Match(m.poles[:1], m.modes[:1]) for c, m in matches.items()}
+    others = [j for j in first.modes[1:] if all(j in m.modes[1:] for m in matches.values())]
+    others = [j for j in others if j not in strongest]
     return {
-        c: Match(tuple(m.poles[m.modes.index(j)] for j in shared), tuple(shared))
+        c: Match((m.poles[0], *(m.poles[m.modes.index(j)] for j in others)), (m.modes[0], *others))
         for c, m in matches.items()
     }
 
@@ -261,11 +298,7 @@ def _settled(ground: _Ground, chosen: list[RingDown], matches: dict[int, Match])
         law, start = build_law(chosen, ground.takes, apart, ground.condition)
         law, turns = _informed(law, ground, matches, chosen)
         found = fit(replace(law, turning=turns_too, damping="free"), start, evaluations=60)
-        heard, z = chosen[0].frequency, chosen[0].damping_ratio
-        strayed = np.abs(np.log(found.frequency / heard)) > STRAY
-        strayed |= found.damping_ratio > np.maximum(MUCH, 2 * z)
-        strayed |= np.abs(np.log(found.frequency / heard)) > _to_nearest(found.frequency)
-        strayed[0] = False
+        strayed = _strayed(found, chosen[0].frequency, chosen[0].damping_ratio)
         if not strayed.any():
             return found, turns, matches
         kept = np.flatnonzero(~strayed)

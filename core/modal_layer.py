@@ -15,7 +15,7 @@ from .body import Body
 from .channels import Channels
 from .effects import MODAL_EFFECTS
 from .effects.base import Effect, Family
-from .eigen import factorize
+from .factorization import factorize
 from .match import PAIR
 
 PITCH_FLOOR = 0.004  # relative error of a computed pitch that convergence does not see

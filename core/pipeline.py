@@ -115,7 +115,8 @@ def _widen(heard: Heard, found: TimeFit) -> TimeFit:
 def _stiffening(case: Case, mesh: TetMesh, heard: Heard) -> tuple[np.ndarray, np.ndarray]:
     """How far each eigenvalue lies above the mesh-converged one, and that number's own error.
 
-    How wide a lumped mass sits is not known, so what half that width changes is part of the error.
+    How wide a lumped mass sits and where its middle is are not known, so what half that width or
+    a middle on its patch changes is part of the error.
     """
 
     loads = case.takes[0].loads
@@ -128,8 +129,12 @@ def _stiffening(case: Case, mesh: TetMesh, heard: Heard) -> tuple[np.ndarray, np
     stiff, sigma = stiffening(heard.body.model, modes, limit)
     if not loads:
         return stiff, sigma
-    narrow = add_loads(heard.body.bare, loads, width=0.5)
-    return stiff, np.hypot(sigma, moved(heard.body.model, modes, narrow))
+    others = [
+        add_loads(heard.body.bare, loads, width=0.5),
+        add_loads(heard.body.bare, loads, over_foot=False),
+    ]
+    doubt = np.max([moved(heard.body.model, modes, other) for other in others], axis=0)
+    return stiff, np.hypot(sigma, doubt)
 
 
 def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dict:

@@ -13,8 +13,8 @@ from itertools import product
 import numpy as np
 
 from ..data import Load
-from ..eigen import factorize
 from ..elasticity import add_loads, lump_operator, lump_radius, surface_quadrature
+from ..factorization import factorize
 from .base import Effect, Family, Parameter, reduced_basis
 
 PLACES = 40  # on the surface, far apart
