@@ -25,7 +25,9 @@ class Seen:
 
 
 def camera_effects(heard: Heard, verdict: Verdict) -> list[Seen]:
-    """Every effect of the camera that the final fit and the rest places show."""
+    """What the camera does that the final fit and the rest places show: a fold, the strongest
+    where there are more, and a near lens.
+    """
     return [*_folded(heard, verdict.final), *_near(heard, verdict)]
 
 
@@ -38,18 +40,21 @@ def true_frequency(heard: Heard, found: TimeFit) -> np.ndarray:
 def unfold(heard: Heard, found: TimeFit) -> TimeFit:
     """The fit with every folded mode at its true pitch, as a bake plays it."""
     true, seen, K = true_frequency(heard, found), found.frequency, found.law.modes
-    p = found.parameters.copy()
+    p, law = found.parameters.copy(), replace(found.law, damping="free")
+    for at in range(0, found.law.sizes()[0], 2 * K):
+        p[at + K : at + 2 * K] = found.damping_ratio
     a, _, _ = found.law.sizes()
     rate = 1 / found.law.takes[found.law.fitted[0]].frame
     for k in np.flatnonzero(true != seen):
         p[k] = np.log(true[k])
-        if found.law.damping == "free":
-            p[K + k] *= seen[k] / true[k]
-        turns_back = abs((true[k] + seen[k]) / rate % 1 - 0.5) > 0.49
+        p[K + k] *= seen[k] / true[k]
+        back, on = (
+            abs(np.round(x / rate) * rate - x) for x in (true[k] + seen[k], true[k] - seen[k])
+        )
         for take in range(len(found.law.fitted)):
-            if turns_back:  # n r - f runs through the same places the other way round
+            if back < on:  # n r - f runs through the same places the other way round
                 p[a + 2 * K * take + K + k] *= -1
-    return replace(found, parameters=p)
+    return replace(found, law=law, parameters=p)
 
 
 def _folded(heard: Heard, found: TimeFit) -> list[Seen]:
@@ -59,10 +64,12 @@ def _folded(heard: Heard, found: TimeFit) -> list[Seen]:
     out = []
     for k in np.flatnonzero(true != seen):
         half = SURE * seen[k] * np.sqrt(found.covariance[k, k] * inflation(found))
-        wave = np.outer(found.motions[0][:, k], found.shapes[k])
+        waves = [np.outer(u[:, k], found.shapes[k]) for u in found.motions]
+        wave = waves[0]
         share = np.sqrt(np.mean((wave / data.sigma)[data.fit] ** 2)) / motion_rms(law.takes)
         without = list(found.predicted)
-        without[law.fitted[0]] = without[law.fitted[0]] - wave
+        for index, one in zip(law.fitted, waves, strict=True):
+            without[index] = without[index] - one
         told = {
             "name": "aliasing",
             "parameters": {"frequency": estimate(true[k], true[k] - half, true[k] + half, "Hz")},

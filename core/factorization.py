@@ -109,11 +109,16 @@ def factorize_superlu(A: sparse.spmatrix, points: np.ndarray | None = None) -> F
     """By scipy alone: SuperLU told that the matrix is symmetric, with diagonal pivots."""
     try:
         if points is None:
-            return Factorization(_splu(A, "MMD_AT_PLUS_A").solve, "superlu")
-        order = _order(A, points, _mmd)
-        lu = _splu(A.tocsr()[order][:, order], "NATURAL")
+            lu = _splu(A, "MMD_AT_PLUS_A")
+        else:
+            order = _order(A, points, _mmd)
+            lu = _splu(A.tocsr()[order][:, order], "NATURAL")
     except RuntimeError as error:
         raise DataError(_INDEFINITE) from error
+    if (lu.U.diagonal() <= 0).any():
+        raise DataError(_INDEFINITE)
+    if points is None:
+        return Factorization(lu.solve, "superlu")
 
     def solve(b: np.ndarray) -> np.ndarray:
         x = np.empty(np.shape(b))

@@ -52,9 +52,8 @@ class Findings:
     before: tuple | None = None  # (None, held-out, fit) of the declared body
     rows: tuple = ()  # further rows of the chain
     misfit: tuple[float, float] = (0.0, 0.0)  # of pitches and of shapes, declared body
-    instead: tuple[
-        str, ...
-    ] = ()  # effects in time that the found change of the body makes needless
+    # effects in time that the found change of the body makes needless
+    instead: tuple[str, ...] = ()
     mesh_pitch: dict | None = None  # computed mode -> Hz at 1 Pa with the effect
     stiffer: float = 1.0  # dynamic over static stiffness of the first mode
     minor: tuple = ()  # (name, share of the motion) of the camera's effects that are too small
@@ -131,7 +130,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     return replace(
         plain,
         verdict=found,
-        effects=[_told(best, good, ranked)],
+        effects=[_told(best, ranked)],
         ranking=_ranking(ranked, heard, verdict, ground),
         before=before,
         rows=(_row(best.effect.name, heard, verdict, ground, best.hypothesis),),
@@ -256,14 +255,13 @@ def _bound(declared: TimeFit, frequency, shapes, data) -> np.ndarray:
     return ((waves - mean) * a) @ (both * data.sigma) + data.values[use].mean(axis=0)
 
 
-def _told(best: Suspect, good: list[Suspect], ranked: list[Suspect]) -> dict:
+def _told(best: Suspect, ranked: list[Suspect]) -> dict:
     gain = max(best.evidence, 1e-9)
-    twins = [s.effect.name for s in ranked[1:] if s.evidence >= NEARLY * gain]
-    twins = [name for name in twins if name != best.effect.name]
+    twins = [s.effect.name for s in ranked if s is not best and s.evidence >= NEARLY * gain]
     return {
         "name": best.effect.name,
         "parameters": _parameters(best),
-        "probability": _chances(ranked)[0],
+        "probability": _chances(ranked)[ranked.index(best)],
         "twins": twins,
     }
 

@@ -73,14 +73,19 @@ def _told(
 ) -> list[tuple[float, float]]:
     """(Hz, damping ratio) of the unmatched poles of a ring-down that tells all of a take.
 
-    None where it leaves more than noise, in the held-out part too, or where one of them is no
+    Empty where it leaves more than noise, in the held-out part too, or where one of them is no
     mode of a body.
     """
     law = found.law
     data: Channels = law.takes[law.fitted[take]]
     on = ~data.support
-    waves = np.exp(np.outer(data.time - ring.t0, poles(ring.frequency, ring.damping_ratio)))
-    left = ((data.values - (waves @ ring.amplitude).real - ring.offset) / data.sigma)[:, on]
+    late = 0.0 if data.late is None else data.late
+    when = np.broadcast_to(data.time[:, None] - ring.t0 + late, data.values.shape)
+    told = sum(
+        (a * np.exp(p * when)).real
+        for p, a in zip(poles(ring.frequency, ring.damping_ratio), ring.amplitude, strict=True)
+    )
+    left = ((data.values - told - ring.offset) / data.sigma)[:, on]
     if np.nanmean(left[data.fit] ** 2) > QUIETLY or (
         not data.fit.all() and np.nanmean(left[~data.fit] ** 2) > QUIETLY
     ):

@@ -72,6 +72,8 @@ def import_tracks(path: str | Path, size: tuple[int, int] | None = None) -> Impo
     path = Path(path)
     rows = _rows(path)
     kind = _kind(rows)
+    if kind in ("deeplabcut", "blender"):
+        _check_lengths(path, rows)
     if kind == "deeplabcut":
         return _deeplabcut(path, rows)
     if kind == "blender":
@@ -112,10 +114,22 @@ def _rows(path: Path) -> list[list[str]]:
         raise RecordingError(f"{path.name}: cannot be read ({error}). Save it as UTF-8.") from error
     lines = [line for line in text.splitlines() if line.strip()]
     separator = next((mark for mark in ("\t", ";") if lines and mark in lines[0]), ",")
-    rows = [row for row in csv.reader(lines, delimiter=separator) if any(map(str.strip, row))]
+    try:
+        rows = [row for row in csv.reader(lines, delimiter=separator) if any(map(str.strip, row))]
+    except csv.Error as error:
+        raise RecordingError(f"{path.name}: no table ({error}). Export it again.") from error
     if len(rows) < 2:
         raise RecordingError(f"{path.name}: {len(rows)} rows; a header and samples are needed.")
     return rows
+
+
+def _check_lengths(path: Path, rows) -> None:
+    for k, row in enumerate(rows):
+        if len(row) != len(rows[0]):
+            raise RecordingError(
+                f"{path.name}, row {k + 1}: {len(row)} cells, {len(rows[0])} as in the first row "
+                "are needed. Export it again."
+            )
 
 
 def _number(path: Path, cell: str, where: str) -> float:
@@ -132,7 +146,13 @@ def _number(path: Path, cell: str, where: str) -> float:
 
 
 def _deeplabcut(path: Path, rows) -> ImportedTracks:
-    top = next(k for k in range(len(rows)) if rows[k][0].strip().lower() == "bodyparts")
+    first = [row[0].strip().lower() for row in rows]
+    top = first.index("bodyparts") if "bodyparts" in first else len(rows)
+    if first[top + 1 : top + 2] != ["coords"] or len(rows) < top + 3:
+        raise RecordingError(
+            f"{path.name}: rows named bodyparts and coords, and samples below, are needed in "
+            "DeepLabCut's form. Export it again."
+        )
     parts, kinds = rows[top][1:], [cell.strip().lower() for cell in rows[top + 1][1:]]
     names = tuple(dict.fromkeys(part.strip() for part in parts))
     table = np.array(
@@ -166,9 +186,13 @@ def _blender(path: Path, rows, head, size) -> ImportedTracks:
     for k, row in enumerate(rows[1:]):
         where = f"row {k + 2}"
         frame = _number(path, row[column["frame"]], where)
+        if not np.isfinite(frame):
+            raise RecordingError(f"{path.name}, {where}: the frame's number is missing. Put it in.")
         place = [_number(path, row[column[axis]], where) for axis in "xy"]
         if mute is None or row[mute].strip().lower() not in ("1", "true", "yes"):
             samples[frame, row[column["name"]].strip()] = place
+    if not samples:
+        raise RecordingError(f"{path.name}: every sample is muted. Unmute what is right.")
     frames = np.array(sorted({frame for frame, _ in samples}))
     gap = [np.nan, np.nan]
     shares = np.array([[samples.get((frame, name), gap) for name in names] for frame in frames])

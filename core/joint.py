@@ -69,12 +69,12 @@ def hear(case: Case, bare: ElasticModel, find_release) -> Heard:
         if condition[i] not in matches and not data.take.held_out:
             matches[condition[i]] = _match(data, rings[i], bodies[condition[i]])
     matches = _common(matches)
-    chosen = [_same_poles(takes[i], rings, i, condition, matches) for i in fitted]
+    chosen = [_same_poles(ground, rings, i, matches) for i in fitted]
     settled = _settled(ground, chosen, matches)
     straight = tuple(_straightened(ground, settled[1], i) for i in range(len(takes)))
     if any(new is not old for new, old in zip(straight, takes, strict=True)):
         takes, ground = straight, replace(ground, takes=straight)
-        chosen = [_same_poles(takes[i], rings, i, condition, settled[2]) for i in fitted]
+        chosen = [_same_poles(ground, rings, i, settled[2]) for i in fitted]
         settled = _settled(ground, chosen, settled[2])
     free, turns, first = _whole(ground, settled, rings)
     declared, damping = free, damping_law(case.declared)
@@ -250,10 +250,10 @@ def _common(matches: dict[int, Match]) -> dict[int, Match]:
     }
 
 
-def _same_poles(data: Channels, rings, index: int, condition, matches) -> RingDown:
+def _same_poles(ground: "_Ground", rings, index: int, matches) -> RingDown:
     """The chosen poles of a take's condition, with the amplitudes of this take."""
-    c = condition[index]
-    source = next(i for i, other in enumerate(condition) if other == c)
+    c, data = ground.condition[index], ground.takes[index]
+    source = next(i for i in ground.fitted if ground.condition[i] == c)
     ring = select(rings[source], matches[c].poles)
     if source == index:
         return ring

@@ -159,7 +159,6 @@ class Ground:
 
 def suspects(ground: Ground, names) -> list[Suspect]:
     """Every modal effect not in `names`, fitted; best evidence first."""
-
     first = ground.body.modes.shapes.reshape(-1, ground.body.modes.shapes.shape[2])
 
     def solve(model, count):

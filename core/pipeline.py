@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from . import __version__
 from .body import bare_model
-from .camera_layer import unfold
+from .camera_layer import true_frequency, unfold
 from .case import read_case
 from .dac import apparent, material
 from .data import Case, ElasticModel, Motion, TetMesh
@@ -142,11 +142,12 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
     stiff, sigma, element = solved
     k = int(np.argmax([np.abs(u).max() for u in final.motions[0].T]))
     j = heard.match.modes[k] if heard.match.modes[k] is not None else 0
+    true = true_frequency(heard, final)
     spread = final.frequency[k] * np.sqrt(final.covariance[k, k] * inflation(final))
     mesh_frequency = heard.body.modes.frequency[j]
     stiffer = np.sqrt(findings.stiffer)  # what a viscoelastic branch adds while it swings
     found = apparent(
-        final.frequency[k] / stiffer, spread / stiffer, findings.mesh_frequency(mesh_frequency, j)
+        true[k] / stiffer, spread / stiffer, findings.mesh_frequency(mesh_frequency, j)
     )
     real = material(found, stiff[j], sigma[j])
     held, fitted = errors(heard.declared)
@@ -162,7 +163,7 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
             "stiffening": float(stiff[0]),
         },
         "youngs_modulus": told_modulus(found, real),
-        "modes": told_modes(heard, final, found.value * findings.stiffer),
+        "modes": told_modes(heard, final, found.value * findings.stiffer, true),
         "error": told_error(verdict, before, findings.rows, findings.instead),
         "diagnosis": told_diagnosis(
             heard,
@@ -179,7 +180,7 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
         ),
         "warnings": [
             *findings.warnings,
-            *filter(None, [mesh_stiffening.told(stiff, heard.match.modes)]),
+            *filter(None, [mesh_stiffening.told(stiff, heard.match.modes, true)]),
         ],
     }
 

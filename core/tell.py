@@ -27,8 +27,11 @@ def inflation(found: TimeFit) -> float:
     return 1.0 + max(found.chi2 / max(found.samples, 1) - 1, 0.0) * together
 
 
-def told_modes(heard: Heard, found: TimeFit, modulus: float) -> list[dict]:
-    """The report's modes, strongest first; `modulus` (Pa) as this mesh swings with it."""
+def told_modes(heard: Heard, found: TimeFit, modulus: float, true: np.ndarray) -> list[dict]:
+    """The report's modes, strongest first; `modulus` (Pa) as this mesh swings with it.
+
+    `true` (K,) Hz: their pitches, unfolded where the frame rate folded them.
+    """
     K = found.law.modes
     sigma = np.sqrt(np.maximum(np.diag(found.covariance), 0) * inflation(found))
     body, data = heard.body, found.law.takes[found.law.fitted[0]]
@@ -36,8 +39,9 @@ def told_modes(heard: Heard, found: TimeFit, modulus: float) -> list[dict]:
     size = [float(np.abs(u).max()) for u in found.motions[0].T]
     out = []
     for k in np.argsort([-s for s in size]):
-        f, z = found.frequency[k], found.damping_ratio[k]
-        spread = SURE * f * sigma[k], SURE * sigma[K + k]
+        f, fold = true[k], found.frequency[k] / true[k]
+        z = found.damping_ratio[k] * fold
+        spread = SURE * f * fold * sigma[k], SURE * fold * sigma[K + k]
         j = heard.match.modes[k]
         mac = None if j is None else likeness(found.shapes[k], seen, body.modes.frequency, j)
         computed = None if j is None else body.modes.frequency[j] * np.sqrt(modulus)

@@ -118,7 +118,8 @@ def _moved(video, start, fixed) -> tuple[np.ndarray, np.ndarray]:
 def _beside(moved: list, fixed: int) -> np.ndarray:
     """(T, m, 2) the motions but for the first `fixed` points, whose mean is taken off."""
     whole = np.array(moved)
-    return whole[:, fixed:] - whole[:, :fixed].mean(axis=1, keepdims=True) if fixed else whole
+    still = np.nanmean(whole[:, :fixed], axis=1, keepdims=True) if fixed else 0.0
+    return whole[:, fixed:] - still
 
 
 def _of_points(measure, moved: np.ndarray) -> np.ndarray:

@@ -15,9 +15,9 @@ from .shutter import at_once, rows_of
 from .sift import sift
 from .track import Tracks, track
 from .track_clarity import clarity, commotion
-from .track_points import pick_points
+from .track_points import check_points, pick_points
 from .track_steady import relative_to
-from .video import FEWEST_FRAMES, Video
+from .video import FEWEST_FRAMES, Video, frame_at
 
 CHANNELS = 8  # that the modes are read from, the clearest; more tell the same again
 CLEAR = 0.1  # of the clearest channel: what is seen less clearly only adds noise
@@ -61,6 +61,8 @@ def video_modes(
     where nothing moves, no mode is found, or fewer than two periods of the strongest one are there.
     """
     fixed = np.zeros((0, 2)) if static is None else np.asarray(static, float).reshape(-1, 2)
+    if len(fixed):
+        check_points(frame_at(clip, 0).grey, fixed)
     given = points is not None and len(points)
     picked = np.asarray(points, float) if given else pick_points(clip, static=fixed)
     both = np.vstack([fixed, picked])

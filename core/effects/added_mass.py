@@ -82,11 +82,12 @@ def _family(body, solve, search, depth: int = 0):
         reach = 2.0 * np.sqrt(surface_quadrature(model)[2].sum() / PLACES) / 2**depth
         around = _spread(vertices[gap <= reach], NEAR) if (gap <= reach).any() else centre[None]
         around = np.vstack([centre, around])
-        heavy = solve(change_model(model, (own * np.exp(mass), *centre)), len(modes))
+        heavy = solve(
+            change_model(model, (own * np.exp(mass), *centre)), body.modes.shapes.shape[2]
+        )
         found = (around, mass + np.linspace(-0.5, 0.5, 5) / 2**depth, around[:GIVING], (heavy,))
         return _family(body, solve, found, depth + 1)
 
-    modes = range(body.modes.shapes.shape[2])
     hangs = range(1 if down is None else 2)
     grid = np.array(list(product(range(len(places)), hangs, range(len(widths)), sizes)))
     low = np.array([0, 0, 0, np.log(1e-4)])

@@ -13,8 +13,11 @@ from .base import Effect
 SHOWN = 0.02  # relative, of a pitch beside the first one's, from which it is said
 
 
-def told(stiff: np.ndarray, modes: tuple) -> str:
-    """A line on the measured `modes` (indices into `stiff` (m,)) that this mesh puts too high."""
+def told(stiff: np.ndarray, modes: tuple, frequency: np.ndarray) -> str:
+    """A line on what this mesh puts too high of the measured `modes` (indices into `stiff` (m,)).
+
+    frequency (K,) Hz: where they were measured.
+    """
     if None in modes:
         return ""
     beside = np.sqrt((1 + stiff[list(modes)]) / (1 + stiff[modes[0]])) - 1
@@ -23,9 +26,9 @@ def told(stiff: np.ndarray, modes: tuple) -> str:
         return ""
     way = "high" if beside[k] > 0 else "low"
     return (
-        f"mesh_stiffening: with the first mode right, this mesh rings mode {k + 1} "
-        f"{abs(beside[k]):.1%} too {way}. It was computed and taken out of the comparison; a bake "
-        "plays the measured pitch."
+        f"mesh_stiffening: with the first mode right, this mesh rings the one at "
+        f"{frequency[k]:.4g} Hz {abs(beside[k]):.1%} too {way}. It was computed and taken out of "
+        "the comparison; a bake plays the measured pitch."
     )
 
 

@@ -19,7 +19,7 @@ POSE = 6  # numbers of an orthographic camera that is put a little wrong
 FREE = 3  # least coordinates beyond those and the distance
 CHANCE = 1e-4  # that misplaced markers look like a near camera
 MOST = 0.8  # share of the markers' misplacement that a near camera must take
-CLOSEST = 0.3  # of the depth's spread that the camera may be away, at least, as 1/slope
+CLOSEST = 3.0  # times the depth's spread that the camera is away at least
 DOUBTFUL = 4.0  # standard deviations
 ALIKE = 0.5  # least cosine between the squares' pattern and a near camera's
 FAINT = 0.3  # of the slope that the squares say, below which the rest places deny it
@@ -63,7 +63,7 @@ def nearness(data, offset: np.ndarray) -> Nearness | None:
         both = y.T.ravel()
         return both - A @ np.linalg.lstsq(A, both, rcond=None)[0]
 
-    far = 1 / (CLOSEST * np.ptp(z)) / 10
+    far = 1 / (CLOSEST * np.ptp(z))
     best = minimize_scalar(
         lambda s: (left(s) ** 2).sum(), bounds=(-far, far), method="bounded",
         options={"xatol": 1e-6 * far},

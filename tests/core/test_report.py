@@ -207,13 +207,22 @@ def test_a_folder_that_is_not_there_is_refused_in_one_line(report, tmp_path):
 
 @pytest.mark.parametrize("amplitude", ["amplitude_m", "amplitude_px"])
 def test_a_ringdown_without_a_scale_gives_pixels(amplitude, tmp_path):
+    axis = {amplitude: estimate(0.4, 0.39, 0.41), "phase_rad": estimate(1.0, 0.9, 1.1)}
     mode = {
         "natural_frequency_hz": estimate(128, 127.9, 128.1),
         "damping_ratio": estimate(0.001, 0.0008, 0.0012),
         amplitude: 0.4,
         "aliases_hz": [372.0],
+        "deflection": [{"pixel": [20.0, 30.0], "u": axis, "v": axis}],
     }
+    other = {"amplitude_px" if amplitude == "amplitude_m" else "amplitude_m": axis[amplitude]}
+    unlike = [{"pixel": [20.0, 30.0], "u": axis, "v": axis | other}]
     write_ringdown({"modes": [mode], "warnings": []}, tmp_path / "ringdown.json")
-    for wrong in (mode | {"mac": 1.0}, mode | {"aliases_hz": [-3]}, {"aliases_hz": []}):
+    for wrong in (
+        mode | {"mac": 1.0},
+        mode | {"aliases_hz": [-3]},
+        mode | {"deflection": unlike},
+        {"aliases_hz": []},
+    ):
         with pytest.raises(ValueError, match="modes"):
             check_ringdown({"modes": [wrong], "warnings": []})
