@@ -10,7 +10,7 @@ from .effects.base import Setting
 from .elasticity import surface_quadrature
 from .law import Law
 
-SKIN = 60  # points of the surface at which drag is summed
+SKIN = 100  # points of the surface at which drag is summed
 PLACES = 6  # where a force may sit, to start from
 
 
@@ -77,6 +77,7 @@ def build_law(
         places=couple[None, 1:],
         levers=np.ones(1),
         skin=np.zeros((len(couple), 0)),
+        facing=np.zeros((len(couple), 0)),
         wind=np.zeros((0, len(couple))),
         masses=np.ones(len(couple)),
         amplitude=float(max(s[0] for s in sizes)),
@@ -117,12 +118,13 @@ def with_body(law: Law, shapes: np.ndarray, body, seen: np.ndarray) -> Law:
     moved = (operator @ per_metre.reshape(-1, shapes.shape[2])).reshape(len(areas), 3, -1)
     first = np.linalg.norm(moved[:, :, 0], axis=1)
     places, levers = _places(moved, first)
-    facing = np.abs(np.einsum("qi,qi->q", normals, moved[:, :, 0])) / np.maximum(first, 1e-300)
-    work = first**3 * facing / 2 * areas  # of the drag in mode 1
-    area = float(work.sum())
-    pick = np.random.default_rng(0).choice(len(areas), SKIN, p=work / area)
+    facing = np.einsum("qi,qik->qk", normals, moved)
+    work = (np.abs(facing) * (moved**2).sum(axis=1)).T / 2 * areas  # (K, q) of the drag in a mode
+    area = float(work[0].sum())
+    chance = (work / work.sum(axis=1, keepdims=True)).mean(axis=0)
+    pick = np.random.default_rng(0).choice(len(areas), SKIN, p=chance)
     skin = np.swapaxes(moved[pick], 1, 2)
-    share = 1 / (SKIN * first[pick] ** 3)  # so that the picked ones do the work of all
+    share = areas[pick] / (2 * area * SKIN * chance[pick])  # the picked ones do the work of all
     wind = skin * share[:, None, None] * (masses[0] / masses)[None, :, None]
     setting = replace(
         law.setting,
@@ -132,6 +134,7 @@ def with_body(law: Law, shapes: np.ndarray, body, seen: np.ndarray) -> Law:
         places=np.vstack([law.setting.places, places]),
         levers=np.r_[law.setting.levers, levers],
         skin=np.ascontiguousarray(skin.transpose(1, 2, 0).reshape(skin.shape[1], -1)),
+        facing=np.ascontiguousarray(facing[pick].T),
         wind=np.ascontiguousarray(wind.transpose(2, 0, 1).reshape(-1, wind.shape[1])),
         participation=_participation(body, shapes[:, :, 0], moved[np.argmax(first), :, 0]),
         towards=_towards(law.takes[law.fitted[0]], body, per_metre[:, :, 0]),

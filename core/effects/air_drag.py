@@ -1,6 +1,6 @@
 """Force against the motion that grows with speed squared: air, water.
 
-Law         traction = c |v| v per unit of surface seen from the motion
+Law         traction = c |v| v per unit of surface seen from the motion: c (n v) v where n v > 0
 Tells       the damping ratio falls with the amplitude while the pitch stays
 Looks like  dry_friction the other way round; an extra mode of the same shape
 Source      Blevins, Flow-Induced Vibration (1990), ch. 6
@@ -14,8 +14,7 @@ from .base import Effect, Parameter
 def acceleration(theta, setting, state):
     """theta = inner coefficient times the first amplitude (1), spread over the skin."""
     speed = state.v @ setting.skin
-    size = np.sqrt((speed.reshape(len(speed), 3, -1) ** 2).sum(axis=1))
-    work = (speed * np.tile(size, 3)) @ setting.wind
+    work = (speed * np.tile(np.abs(state.v @ setting.facing), 3)) @ setting.wind
     return -(theta[:, :1] / setting.amplitude) * work
 
 

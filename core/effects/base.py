@@ -35,6 +35,7 @@ class Setting:
     places: np.ndarray  # (Q, K - 1) couples of places on the body over that of the first mode
     levers: np.ndarray  # (Q,) motion of those places in the first mode over the reference's
     skin: np.ndarray  # (K, 3S) motion of points all over the surface per m of u_k: x, y, then z
+    facing: np.ndarray  # (K, S) motion of those points along the surface's normal there
     wind: np.ndarray  # (3S, K) the same, weighted with their share of the drag's work
     amplitude: float  # m, of the first mode at the reference at release
     masses: np.ndarray  # (K,) first modal mass over each

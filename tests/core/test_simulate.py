@@ -20,6 +20,7 @@ def setting(zeta: float = 0.0) -> Setting:
         places=np.zeros((1, 0)),
         levers=np.ones(1),
         skin=one,
+        facing=one[:, :1],
         wind=one.T,
         amplitude=AMPLITUDE,
         masses=np.ones(1),
