@@ -145,12 +145,27 @@ def parse_pin(text: str, surface: Surface) -> Region:
 def add_arguments(parser: ArgumentParser) -> None:
     """What `python -m core stiffening` takes."""
     parser.add_argument("mesh", type=Path, help="surface: .obj, .stl or .ply")
-    parser.add_argument("--pins", action="append", required=True, metavar="REGION")
+    parser.add_argument(
+        "--pins",
+        action="append",
+        required=True,
+        metavar="REGION",
+        help="what is held: box=xmin,ymin,zmin,xmax,ymax,zmax, sphere=x,y,z,r or vertices=0,1,2",
+    )
     parser.add_argument("--out", type=Path, required=True, help="folder for table and picture")
-    parser.add_argument("--length-unit", default="m", choices=("m", "cm", "mm"))
-    parser.add_argument("--poisson-ratio", type=float, default=0.48)
+    parser.add_argument(
+        "--length-unit", default="m", choices=("m", "cm", "mm"), help="of the file (default m)"
+    )
+    parser.add_argument("--poisson-ratio", type=float, default=0.48, help="default 0.48")
     parser.add_argument("--elements", default="500,1500,4000", help="numbers of tetrahedra")
-    parser.add_argument("--modes", type=int, default=5)
+    parser.add_argument(
+        "--modes",
+        type=int,
+        default=5,
+        choices=range(1, 21),
+        metavar="N",
+        help="1 to 20 (default 5)",
+    )
 
 
 def stiffening_main(args: Namespace, progress: Progress | None = None) -> str:
