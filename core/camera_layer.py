@@ -32,9 +32,12 @@ def camera_effects(heard: Heard, verdict: Verdict) -> list[Seen]:
 
 
 def true_frequency(heard: Heard, found: TimeFit) -> np.ndarray:
-    """(K,) Hz natural, unfolded where the frame rate folded it."""
+    """(K,) Hz natural, unfolded where the frame rate folded it: the damped pitch is what folds."""
     rate = 1 / found.law.takes[found.law.fitted[0]].frame
-    return true_pitches(found.frequency, heard.match.modes, heard.body.modes.frequency, rate)
+    damped = found.frequency * np.sqrt(1 - found.damping_ratio**2)
+    true = true_pitches(damped, heard.match.modes, heard.body.modes.frequency, rate)
+    natural = np.hypot(true, found.damping_ratio * found.frequency)
+    return np.where(true != damped, natural, found.frequency)
 
 
 def unfold(heard: Heard, found: TimeFit) -> TimeFit:

@@ -51,7 +51,9 @@ def listen(take: Take, find_release) -> tuple[Channels, RingDown]:
         )
     ring = _spread(ring, moving, noise)
     pole = poles(ring.frequency, ring.damping_ratio)
-    return data, replace(ring, amplitude=at_once(ring.amplitude, pole, data.late))
+    amplitude = at_once(ring.amplitude, pole, data.late)
+    at_release = np.exp(-pole * ring.t0)[:, None]  # the first sample may be a little later
+    return data, replace(ring, amplitude=amplitude * at_release, t0=0.0)
 
 
 def release(take: Take, find_release) -> tuple[float, float]:

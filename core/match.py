@@ -124,7 +124,8 @@ def _partner(one, taken, modes, computed):
             if j not in modes and _may_pair(one, j, taken, modes, frequency)]  # fmt: skip
     alike = {j: likeness(shape, shapes, frequency, j) for j in free}
     plain = {j: alike[j] - abs(np.log(f / frequency[j])) for j in free}
-    if max(plain.values(), default=0.0) <= LEAST:  # no mode is like it, but one's fold may be
+    known = max(plain.values(), default=0.0) > LEAST
+    if not known and not _may_be_partner(f, taken, modes, frequency):  # a fold may be like it
         plain = {
             j: alike[j] - FOLDED * abs(unfolded(f, frequency[j], rate) / frequency[j] - 1)
             for j in free
@@ -143,6 +144,14 @@ def _may_pair(one, j: int, taken, modes, frequency: np.ndarray) -> bool:
         abs(np.log(f / g)) > SPLIT and mac(shape, other) < ACROSS
         for (g, other), m in zip(taken, modes, strict=True)
         if abs(frequency[m] / frequency[j] - 1) < PAIR
+    )
+
+
+def _may_be_partner(f: float, taken, modes, frequency: np.ndarray) -> bool:
+    """Whether a pole at f is near enough to a matched mode of a pair to be its split partner."""
+    return any(
+        abs(np.log(f / g)) <= SPLIT and (np.abs(frequency / frequency[m] - 1) < PAIR).sum() > 1
+        for (g, _), m in zip(taken, modes, strict=True)
     )
 
 

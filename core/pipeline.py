@@ -16,7 +16,7 @@ from .case import read_case
 from .dac import apparent, material
 from .data import Case, ElasticModel, Motion, TetMesh
 from .diagnosis import Verdict, diagnose, errors
-from .effects import mesh_stiffening
+from .effects import mesh_stiffening, split_modes
 from .elasticity import add_loads
 from .findings import Findings, examine
 from .further import with_further
@@ -146,8 +146,9 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
     spread = final.frequency[k] * np.sqrt(final.covariance[k, k] * inflation(final))
     mesh_frequency = heard.body.modes.frequency[j]
     stiffer = np.sqrt(findings.stiffer)  # what a viscoelastic branch adds while it swings
+    pitch = true[k] * (split_modes.middle(final) if k == 0 else 1.0)
     found = apparent(
-        true[k] / stiffer, spread / stiffer, findings.mesh_frequency(mesh_frequency, j)
+        pitch / stiffer, spread / stiffer, findings.mesh_frequency(mesh_frequency, j)
     )
     real = material(found, stiff[j], sigma[j])
     held, fitted = errors(heard.declared)

@@ -173,7 +173,7 @@ def _gauged(law: Law, p: np.ndarray) -> np.ndarray:
         at = law.own * law.condition[index]
         own = coefficients[:, at : at + law.modes]
         scale = np.einsum("kc,ck->k", law.gauge(law.condition[index]), own)
-        scale = np.where((scale > 0.01) & (scale < 100), scale, 1.0)
+        scale = np.where((np.abs(scale) > 0.01) & (np.abs(scale) < 100), scale, 1.0)
         p[a + 2 * law.modes * take :][: 2 * law.modes] *= np.tile(scale, 2)
     return p
 

@@ -1,6 +1,6 @@
 """Two nearly equal modes where the symmetric model has a degenerate pair.
 
-Law         a second mode at f (1 + s) in another direction
+Law         a second mode at f (1 + s) in another direction; the split is the distance over the mean
 Tells       slow beating, a motion that turns
 Looks like  anything that depends on amplitude, when the second direction is not seen
 Source      Rayleigh, The Theory of Sound, vol. 1, 221 a (split modes of bells)
@@ -22,6 +22,17 @@ def veto(found):
     return companion(found, 0)
 
 
+def middle(found) -> float:
+    """The pitch midway between the first mode and its split partner, over the first; else 1.
+
+    A symmetric body's modulus is that of the pair: what parts it puts one up and one down.
+    """
+    names = [effect.name for effect in found.law.effects]
+    if EFFECT.name not in names:
+        return 1.0
+    return 1 + float(found.theta[names.index(EFFECT.name)][0][0]) / 2
+
+
 EFFECT = Effect(
     name="split_modes",
     layer="time",
@@ -36,5 +47,5 @@ EFFECT = Effect(
     columns=columns,
     veto=veto,
     requires=lambda setting, takes: "" if setting.paired else "no degenerate pair",
-    report=lambda theta, setting, shape: {"split": abs(theta[0])},
+    report=lambda theta, setting, shape: {"split": abs(theta[0]) / (1 + theta[0] / 2)},
 )

@@ -1,18 +1,24 @@
 """The stiffness changes during the recording: warming, drying, fatigue.
 
-Law         K(t) = K (1 + r t)
+Law         K(t) = K (1 + r tau (1 - exp(-t / tau))): r at first, in time levelling off, or growing
 Tells       every pitch follows time, not amplitude
 Looks like  large_amplitude and structural changes while there is one take
 Source      Kevorkian and Cole, Multiple Scale Methods (1996), 4.3: slowly varying oscillators
 """
 
+import numpy as np
+
 from .base import Effect, Parameter
+
+BENDS = (-1.0, 3.0)  # of the fitted part over tau; what levels sooner follows the amplitude
 
 
 def acceleration(theta, setting, state):
-    """theta = relative change of stiffness over the longest fitted part."""
-    rate = theta[:, 0] / setting.duration
-    return -(rate * state.t)[:, None] * setting.omega**2 * state.u
+    """theta = (the first rate, the bend) by the longest fitted part."""
+    s = state.t / setting.duration
+    bend = np.where(np.abs(theta[:, 1]) < 1e-6, 1e-6, theta[:, 1])
+    share = theta[:, 0] * -np.expm1(-bend * s) / bend
+    return -share[:, None] * setting.omega**2 * state.u
 
 
 def report(theta, setting, shape):
@@ -26,9 +32,9 @@ EFFECT = Effect(
     parameters=(Parameter("rate", "1/s", -10.0, 10.0),),
     twins=("large_amplitude",),
     settle="film a second take of another amplitude: does the pitch follow time or amplitude?",
-    low=(-0.6,),
-    high=(2.0,),
-    starts=lambda setting, residual: [(0.03,), (-0.03,)],
+    low=(-0.6, BENDS[0]),
+    high=(2.0, BENDS[1]),
+    starts=lambda setting, residual: [(0.03, 0.0), (-0.03, 0.0)],
     acceleration=acceleration,
     report=report,
 )

@@ -20,7 +20,7 @@ NEUTRAL = {
     "contact": (0.98, np.log(0.01)),
     "dry_friction": (0.0, np.log(0.01)),
     "air_drag": (0.0,),
-    "stiffness_drift": (0.0,),
+    "stiffness_drift": (0.0, 1.0),
 }
 
 

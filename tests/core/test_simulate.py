@@ -96,7 +96,7 @@ def test_under_drag_the_inverse_amplitude_grows_in_proportion_to_time():
 
 
 def test_a_drifting_stiffness_is_followed_by_the_pitch():
-    at = crossings(*run(stiffness_drift.EFFECT, (0.2,)))
+    at = crossings(*run(stiffness_drift.EFFECT, (0.2, 0.0)))
     pitch = 1 / np.diff(at)
     middle = (at[1:] + at[:-1]) / 2
     assert np.abs(pitch - 5.0 * np.sqrt(1 + 0.2 * middle / 4.0)).max() < 0.02
