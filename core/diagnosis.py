@@ -30,7 +30,7 @@ from .time_layer import (
     race,
     singles,
 )
-from .timefit import screen
+from .timefit import screen, without
 
 ENOUGH = 0.80  # share of the excess that one effect must take to be the explanation
 ENOUGH_HELD = 0.70  # the same on held-out samples
@@ -133,6 +133,16 @@ def _diagnose(declared: TimeFit, widen: Callable) -> Verdict:
     both = [c for c in pairs(declared, strong) if sufficient(c, ENOUGH_BOTH)]
     if both and _broken(declared, both[0]):
         return Verdict("unexplained", chain, (), (), ranked, ())
+    one = _one_of(declared, both[0].found, over) if both else None
+    if one:
+        return Verdict(
+            "explained",
+            (*chain, (one.names[0], one.found)),
+            (one,),
+            (twins_of(one, strong),),
+            ranked,
+            (),
+        )
     if both:
         return _two(chain, both, ranked)
     if over < WEAK and not _fails(declared) and more_modes(declared):
@@ -239,6 +249,9 @@ def _add_second(chain, strong: list[Candidate], ranked, over: float) -> Verdict:
             tries.append((first, found))
         able = [t for t in tries if t[1] and _counts_second(t[0], t[1][0], over)]
         best, more = max(able, key=lambda t: t[0].evidence + t[1][0].evidence, default=tries[0])
+    if more and _counts_second(best, more[0], over):
+        one = _one_of(chain[0][1], more[0].found, over)
+        best, more = (best, more) if one is None else (one, [])
     chain += ((best.names[0], best.found),)
     effects, twins, minor = (best,), (twins_of(best, strong),), ()
     for c in more[:1]:
@@ -249,6 +262,22 @@ def _add_second(chain, strong: list[Candidate], ranked, over: float) -> Verdict:
         elif gained(best.found, c.found) < MATERIAL:
             minor = ((c.names[-1], gained(best.found, c.found)),)
     return Verdict("explained", chain, effects, twins, ranked, minor)
+
+
+def _one_of(declared: TimeFit, both: TimeFit, over: float) -> Candidate | None:
+    """The one of two effects that does without the other, started from where both stand.
+
+    The search for a single effect may have missed it; the second one then only led the way to it.
+    """
+    names = [effect.name for effect in both.law.effects]
+    for i in (-2, -1):
+        alone = without(both, len(names) + i)
+        kept = names[-1 if i == -2 else -2]
+        one = judge((kept,), alone, declared)
+        pair = judge((kept, names[i]), both, alone)
+        if sufficient(one, ENOUGH) and not _counts_second(one, pair, over):
+            return one
+    return None
 
 
 def _counts_second(first: Candidate, second: Candidate, over: float) -> bool:

@@ -147,9 +147,7 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
     mesh_frequency = heard.body.modes.frequency[j]
     stiffer = np.sqrt(findings.stiffer)  # what a viscoelastic branch adds while it swings
     pitch = true[k] * (split_modes.middle(final) if k == 0 else 1.0)
-    found = apparent(
-        pitch / stiffer, spread / stiffer, findings.mesh_frequency(mesh_frequency, j)
-    )
+    found = apparent(pitch / stiffer, spread / stiffer, findings.mesh_frequency(mesh_frequency, j))
     real = material(found, stiff[j], sigma[j])
     held, fitted = errors(heard.declared)
     before = findings.before or (None, held, fitted)

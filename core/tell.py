@@ -104,7 +104,8 @@ def parameters(found: TimeFit, index: int) -> dict:
     effect, theta = law.effects[index], found.theta[index][0]
     if effect.report is None:
         return {}
-    shape, setting = found.column_shapes()[index], replace(law.setting, pose=_pose(found))
+    shape = found.column_shapes()[index]
+    setting = replace(law.setting, pose=_pose(found), pitch=found.frequency[0])
     a, b, _ = law.sizes()
     at = a + b + sum(len(t[0]) for t in found.theta[:index])
     block = found.covariance[at : at + len(theta), at : at + len(theta)] * inflation(found)

@@ -288,6 +288,15 @@ def extend(
     return law, np.concatenate([outer, *(t[0] for t in inner)])
 
 
+def without(found: TimeFit, i: int) -> TimeFit:
+    """Fitted again without effect number `i`, from where the fit with it stands."""
+    law, theta = found.law, found.theta
+    kept = [k for k in range(len(theta)) if k != i]
+    outer = found.parameters[: sum(law.sizes()[:2])]
+    law = replace(law, effects=tuple(law.effects[k] for k in kept))
+    return fit(law, np.concatenate([outer, *(theta[k][0] for k in kept)]), evaluations=20)
+
+
 def trajectories(found: TimeFit, time: np.ndarray) -> tuple[np.ndarray, list]:
     """u (T, K) and the effects' columns [(effect, (T, q))] of the first fitted take at `time` (T,).
 

@@ -46,6 +46,7 @@ class Setting:
     participation: float = 1.0  # m of the reference per m that the support moves in mode 1
     towards: np.ndarray | None = None  # (C,) seen motion times motion towards the camera, per m2
     pose: np.ndarray | None = None  # (C,) what swings, at the release; known once it is fitted
+    pitch: float | None = None  # Hz of the first mode; known once it is fitted
     paired: bool = True  # the first mode has a degenerate partner that was not matched
 
     def able(self, couples: np.ndarray, spread: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -59,6 +60,11 @@ class Setting:
         far = (((self.places - couples) / np.maximum(wide, 1e-12)) ** 2).sum(axis=1)
         near = far <= max(far.min(), 4.0 * max(len(couples), 1))
         return self.levers[near], self.places[near]
+
+    @property
+    def stiffer(self) -> float:
+        """Stiffness of the declared fit's first mode over that of the final one."""
+        return (self.omega[0] / (2 * np.pi * self.pitch)) ** 2 if self.pitch else 1.0
 
     def lever(self, couples: np.ndarray) -> float:
         """Motion, over the reference's in mode 1, of the known place nearest to `couples`."""

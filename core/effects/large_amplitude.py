@@ -1,24 +1,29 @@
 """Stiffness that depends on amplitude, the same both ways: stretching, or a softening gel.
 
-Law         u'' + ... + w^2 u = -(8/3) w^2 s x^3 (1 + q x^2/A^2), s the shift per metre2
+Law         u'' + ... + w^2 u = -(8/3) w^2 s x^3 / (1 + q x^2/A^2), s the shift per metre2; q > 0
+            levels off, q < 0 grows faster than a cube
 Tells       the pitch follows the amplitude squared (backbone curve); a third harmonic
 Looks like  stiffness_drift while there is one take; contact; a take of another size settles it
 Source      Nayfeh and Mook, Nonlinear Oscillations (1979), 2.3: df/f = 3 k3 A^2 / (8 w^2)
 """
 
+import numpy as np
+
 from .base import Effect, Parameter
+
+STEEPEST = 0.2  # least 1 + q x^2/A^2
 
 
 def force(theta, setting, state):
     """Odd force at its place; theta = (pitch shift at the first amplitude by x^3, q)."""
     square = (state.x / setting.amplitude) ** 2
-    odd = state.x * square * (1 + theta[:, 1] * square)
+    odd = state.x * square / np.maximum(1 + theta[:, 1] * square, STEEPEST)
     return -(8 / 3) * setting.omega[0] ** 2 * theta[:, 0] * odd
 
 
 def report(theta, setting, shape):
     """1/m2 of the marker that moves most."""
-    return {"shift_per_metre2": theta[0] / setting.amplitude**2}
+    return {"shift_per_metre2": theta[0] / setting.amplitude**2 * setting.stiffer}
 
 
 EFFECT = Effect(
@@ -29,7 +34,7 @@ EFFECT = Effect(
     settle="film a second take released from half, and one from twice, the amplitude",
     low=(-0.3, -0.6),
     high=(1.5, 4.0),
-    starts=lambda setting, residual: [(0.03, 0.0), (-0.03, 0.0), (0.03, 1.5)],
+    starts=lambda setting, residual: [(0.03, 0.0), (-0.03, 0.0), (0.03, -0.5), (-0.03, 1.0)],
     force=force,
     report=report,
 )

@@ -22,15 +22,27 @@ def veto(found):
     return companion(found, 0)
 
 
+def _both(theta, setting, first: float) -> np.ndarray:
+    """(2,) Hz"""
+    return np.array([first, setting.omega[0] / (2 * np.pi) * (1 + theta[0])])
+
+
+def report(theta, setting, shape):
+    """The distance of the two pitches over their mean."""
+    both = _both(theta, setting, setting.pitch)
+    return {"split": float(np.ptp(both) / both.mean())}
+
+
 def middle(found) -> float:
-    """The pitch midway between the first mode and its split partner, over the first; else 1.
+    """Pitch midway between the first mode and its split partner, over the first's; 1 without one.
 
     A symmetric body's modulus is that of the pair: what parts it puts one up and one down.
     """
     names = [effect.name for effect in found.law.effects]
     if EFFECT.name not in names:
         return 1.0
-    return 1 + float(found.theta[names.index(EFFECT.name)][0][0]) / 2
+    theta, first = found.theta[names.index(EFFECT.name)][0], found.frequency[0]
+    return float(_both(theta, found.law.setting, first).mean() / first)
 
 
 EFFECT = Effect(
@@ -47,5 +59,5 @@ EFFECT = Effect(
     columns=columns,
     veto=veto,
     requires=lambda setting, takes: "" if setting.paired else "no degenerate pair",
-    report=lambda theta, setting, shape: {"split": abs(theta[0]) / (1 + theta[0] / 2)},
+    report=report,
 )

@@ -10,7 +10,7 @@ import numpy as np
 
 from .base import Effect, Parameter
 
-BENDS = (-1.0, 3.0)  # of the fitted part over tau; what levels sooner follows the amplitude
+BENDS = (-1.0, 2.0)  # of the fitted part over tau; what levels sooner follows the amplitude
 
 
 def acceleration(theta, setting, state):
@@ -23,7 +23,7 @@ def acceleration(theta, setting, state):
 
 def report(theta, setting, shape):
     """1/s"""
-    return {"rate": theta[0] / setting.duration}
+    return {"rate": theta[0] / setting.duration * setting.stiffer}
 
 
 EFFECT = Effect(

@@ -34,17 +34,24 @@ def stiffness_at(stage, node: int) -> float:
 
 
 def share_at(stage, film, node: int) -> float:
-    """Motion of the marker that moves most over that of `node`, in the lowest swinging mode."""
+    """Motion of the marker that moves most over that of `node`, in what swings lowest."""
     mode = swinging(stage, film.system)
-    here = abs(stage.direction @ film.system.at(node)[:, mode])
-    there = np.linalg.norm(film.system.at(stage.markers[film.facts["peak"]["marker"]])[:, mode])
-    return float(there / here)
+    marker = stage.markers[film.facts["peak"]["marker"]]
+    here = abs(stage.direction @ film.system.at(node) @ mode)
+    return float(np.linalg.norm(film.system.at(marker) @ mode) / here)
 
 
-def swinging(stage, system) -> int:
-    """Of the two lowest modes the one that moves along the release."""
-    row = abs(stage.direction @ system.at(stage.node)) / system.frequency
-    return int(np.argmax(row[:2]))
+def swinging(stage, system) -> np.ndarray:
+    """(r,) what swings lowest along the release: one of the two lowest modes, or their mixture.
+
+    Two modes of one pitch have no directions of their own: they swing as one, along the release.
+    """
+    row = (stage.direction @ system.at(stage.node)) / system.frequency**2
+    mode = np.zeros(len(row))
+    first, second = system.frequency[:2]
+    low = slice(2) if second < 1.03 * first else [int(np.argmax(abs(row[:2])))]
+    mode[low] = row[low]
+    return mode / np.linalg.norm(mode)
 
 
 def touch(stage, rng, low=0.5, high=1.0) -> tuple[int, float, float]:
@@ -76,9 +83,9 @@ def large_amplitude(rng, stage) -> Planted:
 
     def facts(s, film):
         mode = swinging(stage, film.system)
-        row = row_of(stage, film.system, node)[mode]
+        row = row_of(stage, film.system, node) @ mode
         cubic = sign * k * s / far**2
-        square = (2 * np.pi * film.system.frequency[mode]) ** 2
+        square = mode**2 @ (2 * np.pi * film.system.frequency) ** 2
         at_node = (
             3 / 8 * cubic * row**4 / square / row**2
         )  # Duffing: per squared motion of the node

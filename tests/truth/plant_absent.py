@@ -78,8 +78,8 @@ def tuned_absorber(rng, stage) -> Planted:
     def system(s, plain):
         row, r = row_of(stage, plain, node), plain.size
         mode = swinging(stage, plain)
-        w = 2 * np.pi * plain.frequency[mode] * tune
-        mass = s / row[mode] ** 2
+        w = 2 * np.pi * (mode**2 @ plain.frequency) * tune
+        mass = s / (row @ mode) ** 2
         link = np.append(row, -1.0)
         grown = [np.pad(m, (0, 1)) for m in (plain.M, plain.C, plain.K)]
         grown[0][r, r] = mass
