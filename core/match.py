@@ -12,6 +12,7 @@ from .shutter import at_once
 PAIR = 0.015  # relative distance below which two computed modes count as a degenerate pair
 MOST = 8  # poles that are looked at as modes of the body
 DEAD = 0.5  # damping ratio above which a pole is no mode of the body that rings
+STEADY, DYING = 0.1, 1.0  # nepers over the record
 SPLIT = 0.15  # relative, up to which a degenerate pair is one that `split_modes` parts
 ACROSS = 0.3  # MAC below which two motions have other directions
 FOLDED = 5.0  # likeness in shape that one of relative pitch weighs, for a folded mode
@@ -53,12 +54,14 @@ def pursue(ring: RingDown, time: np.ndarray, values: np.ndarray, sigma: np.ndarr
     pole = poles(ring.frequency, ring.damping_ratio)
     phase = np.exp(np.outer(time[known] - ring.t0, pole))
     constant = np.ones((known.sum(), 1))
+    fall = -pole.real * np.ptp(time[known])  # nepers; what does not fall while others die is driven
+    driven = (fall < STEADY) & (fall.max(initial=0.0, where=ring.damping_ratio < DEAD) > DYING)
     order, shapes, gains = [], [], []
     left = power = float((y**2).sum())
     while len(order) < min(len(ring.frequency), MOST):
         tries = []
         for k in range(len(ring.frequency)):
-            if k in order or ring.damping_ratio[k] > DEAD:
+            if k in order or driven[k] or ring.damping_ratio[k] > DEAD:
                 continue
             waves = phase[:, [*order, k]]
             basis = np.hstack([waves.real, -waves.imag, constant])

@@ -5,6 +5,8 @@ the level is read where the spectrum is lowest, through tapers whose leakage sta
 (Thomson, Proc. IEEE 70 (1982) 1055), the edge found by clipping upwards until it stands still.
 """
 
+from functools import lru_cache
+
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal.windows import dpss
@@ -20,6 +22,8 @@ OVER = 0.3  # of them that the band must leave
 FINE = 4  # points of a sequence per sample
 CLIP = 0.02  # of bins of pure noise, taken for motion
 CLIP_ONE = 0.01  # the same, in one channel
+
+sequences = lru_cache(maxsize=64)(dpss)  # pieces of one length share them
 
 
 def noise_floor(time: np.ndarray, signals: np.ndarray) -> np.ndarray:
@@ -50,7 +54,7 @@ def _beside_band(time: np.ndarray, y: np.ndarray) -> float:
         count = int((1 - OVER) * len(t))
         points = max(FINE * int(np.ceil(t[-1] / step) + 1), 2 * count)
         product = max((count - 6) / 2, 1.0)
-        waves = dpss(points, min(product, points / 2 - 1), count).T
+        waves = sequences(points, min(product, points / 2 - 1), count).T
         basis = CubicSpline(np.linspace(0, t[-1], points), waves)(t)
         q, _ = np.linalg.qr(np.hstack([basis, np.ones((len(t), 1)), t[:, None]]))
         left += float(((v - q @ (q.T @ v)) ** 2).sum())
@@ -60,7 +64,7 @@ def _beside_band(time: np.ndarray, y: np.ndarray) -> float:
 
 def _level(even: np.ndarray, bandwidth: float, count: int) -> np.ndarray:
     """(C,) variance of the noise."""
-    windows = dpss(len(even), min(bandwidth, len(even) / 4), count)
+    windows = sequences(len(even), min(bandwidth, len(even) / 4), count)
     spectra = np.fft.rfft(windows[:, :, None] * even, axis=1)
     power = (np.abs(spectra) ** 2).mean(axis=0)[1:-1]
     channels = power.shape[1]

@@ -24,23 +24,25 @@ def swing(omega, zeta, start, time, forces: list, setting: Setting):
         return *free_swing(omega, zeta, start, time), np.zeros((*time.shape, 0))
     step = 2 * np.pi / (STEPS_PER_PERIOD * setting.omega[0])
     count = int(np.ceil(time.max() / step)) + 1
-    flow = _flow(omega, zeta, step)
-    u, v = start[:, 0].copy(), start[:, 1].copy()
-    push = _Push(forces, setting, u)
-    half, limit = step / 2, RUNAWAY * setting.amplitude
-    rush = limit * setting.omega.max()
-    path = np.empty((count + 1, 3, *u.shape))
-    kick = push.kick(u, v, 0.0, 0.0)
-    path[0] = u, v, kick
+    by_place, by_speed = _flow(omega, zeta, step)
+    state = np.swapaxes(start, 0, 1).copy()  # (2, B, K) u, u': as one array, for speed
+    push = _Push(forces, setting, state[0])
+    limit = RUNAWAY * setting.amplitude * np.array([1.0, setting.omega.max()])[:, None, None]
+    path = np.empty((count + 1, 3, *omega.shape))
+    kick = push.kick(state, 0.0, 0.0)
+    half = step / 2 * kick
+    path[0, :2], path[0, 2] = state, kick
     for i in range(count):
-        v = v + half * kick
-        u, v = flow[0] * u + flow[1] * v, flow[2] * u + flow[3] * v
-        _bound(u, limit)
-        _bound(v, rush)
-        kick = push.kick(u, v + half * kick, (i + 1) * step, step)
-        _bound(kick, rush / step)
-        v = v + half * kick
-        path[i + 1] = u, v, kick
+        state[1] += half
+        state = by_place * state[0] + by_speed * state[1]
+        np.maximum(state, -limit, out=state)
+        np.minimum(state, limit, out=state)
+        ahead = state.copy()
+        ahead[1] += half
+        kick = push.kick(ahead, (i + 1) * step, step)
+        half = step / 2 * kick
+        state[1] += half
+        path[i + 1, :2], path[i + 1, 2] = state, kick
     place = np.minimum((time / step).astype(int), count)
     batch = np.arange(len(time))[:, None]
     rest = (time - place * step)[:, :, None]
@@ -48,12 +50,6 @@ def swing(omega, zeta, start, time, forces: list, setting: Setting):
     u, v = _glide(omega, zeta, (u, v + rest / 2 * kick), rest)
     traces = push.traces()[np.minimum(np.rint(time / step).astype(int), count), batch]
     return u, v + rest / 2 * kick, traces
-
-
-def _bound(x: np.ndarray, size: float):
-    """x within ±size, in place; np.clip takes twice as long on arrays as small as these."""
-    np.maximum(x, -size, out=x)
-    np.minimum(x, size, out=x)
 
 
 class _Push:
@@ -70,18 +66,22 @@ class _Push:
             drive = couple * setting.masses
             self.parts.append([effect, theta, couple, drive, memory])
 
-    def kick(self, u, v, t, h):
+    def kick(self, state, t, h):
+        """(B, K) acceleration by all forces in `state` (2, B, K)."""
         total, trace = 0.0, []
+        u, v = state
         for part in self.parts:
             effect, theta, couple, drive, memory = part
-            state = State(u, v, t, h, (u * couple).sum(1), (v * couple).sum(1), memory)
             if effect.force:
-                f = effect.force(theta, self.setting, state)
+                x, dx = np.add.reduce(state * couple, axis=2)
+                seen = State(u, v, t, h, x, dx, memory)
+                f = effect.force(theta, self.setting, seen)
                 trace.append(f)
                 total = total + f[:, None] * drive
             else:
-                total = total + effect.acceleration(theta, self.setting, state)
-            part[4] = state.memory
+                seen = State(u, v, t, h, u[:, 0], v[:, 0], memory)
+                total = total + effect.acceleration(theta, self.setting, seen)
+            part[4] = seen.memory
         self.past.append(trace)
         return total
 
@@ -94,15 +94,15 @@ class _Push:
 
 
 def _flow(omega, zeta, step):
-    """The four (B, K) entries of the linear map over one step."""
+    """The linear map over one step: what u and what u' give to both, each (2, B, K)."""
     B, K = omega.shape
     out = []
     for unit in ((1.0, 0.0), (0.0, 1.0)):
         start = np.empty((B, 2, K))
         start[:, 0], start[:, 1] = unit
         u, v = free_swing(omega, zeta, start, np.full((B, 1), step))
-        out.append((u[:, 0], v[:, 0]))
-    return out[0][0], out[1][0], out[0][1], out[1][1]
+        out.append(np.array([u[:, 0], v[:, 0]]))
+    return out
 
 
 def _glide(omega, zeta, start, rest):

@@ -74,11 +74,12 @@ def _basis(law: Law, unpacked, take: int):
 
 def _given(law: Law, take: int):
     """Values (T, C) of the fitted take without what effects subtract as known motion."""
-    data = law.takes[law.fitted[take]]
-    return data.values - sum(e.given(law.fitted[take]) for e in law.effects if e.given)
+    values = law.takes[law.fitted[take]].values
+    known = [e.given(law.fitted[take])[: len(values)] for e in law.effects if e.given]
+    return values - sum(known)
 
 
-def _solve(law: Law, P: np.ndarray, horizon: float = 1.0):
+def _solve(law: Law, P: np.ndarray):
     """Linear part: coefficients (B, C, nb), bases and uses per take, for parameters P (B, p)."""
     gram = right = barred = 0
     bases, uses = [], []
@@ -87,7 +88,6 @@ def _solve(law: Law, P: np.ndarray, horizon: float = 1.0):
         basis, bar = _basis(law, unpack(law, P, take), take)
         values = _given(law, take)
         use = data.known & data.fit[:, None]
-        use &= (data.time <= horizon * data.time[data.fit][-1] + 1e-12)[:, None]
         y = np.where(use, values, 0.0) / data.sigma**2
         whole, some = use.all(axis=1), use.any(axis=1)
         if basis.shape[1] > 1:
@@ -112,9 +112,9 @@ def _solve(law: Law, P: np.ndarray, horizon: float = 1.0):
     return coefficients, bases, uses
 
 
-def _residuals(law: Law, P: np.ndarray, horizon: float = 1.0) -> np.ndarray:
+def _residuals(law: Law, P: np.ndarray) -> np.ndarray:
     """(B, R) noise units, with the rows that keep the reference at one."""
-    coefficients, bases, uses = _solve(law, P, horizon)
+    coefficients, bases, uses = _solve(law, P)
     out = []
     for take, index in enumerate(law.fitted):
         data = law.takes[index]
@@ -132,6 +132,24 @@ def _residuals(law: Law, P: np.ndarray, horizon: float = 1.0) -> np.ndarray:
             across = law.gauge(c)[list(law.turning)]
             out.append(PIN * np.einsum("kc,bck->bk", across, own[:, :, K:]))
     return np.nan_to_num(np.clip(np.concatenate(out, axis=1), -WILD, WILD), nan=WILD)
+
+
+def _cut(law: Law, horizon: float) -> Law:
+    """The law with fitted takes no longer than that share of the fitted part: all else is marched
+    in vain.
+    """
+    takes = list(law.takes)
+    for index in law.fitted:
+        data = takes[index]
+        n = int((data.time <= horizon * data.time[data.fit][-1] + 1e-12).sum())
+        takes[index] = replace(
+            data,
+            time=data.time[:n],
+            values=data.values[:n],
+            fit=data.fit[:n],
+            rows=data.rows[:n],
+        )
+    return replace(law, takes=tuple(takes))
 
 
 def _bounds(law: Law):
@@ -166,7 +184,7 @@ def _gauged(law: Law, p: np.ndarray) -> np.ndarray:
 
     A new effect turns shapes; the scale follows at once here, and only slowly in the search.
     """
-    coefficients = _solve(law, p[None])[0][0]
+    coefficients = _solve(_cut(law, 1.0), p[None])[0][0]
     a, _, _ = law.sizes()
     p = p.copy()
     for take, index in enumerate(law.fitted):
@@ -178,11 +196,11 @@ def _gauged(law: Law, p: np.ndarray) -> np.ndarray:
     return p
 
 
-def _look(law: Law, x: np.ndarray, high: np.ndarray, horizon: float):
+def _look(law: Law, x: np.ndarray, high: np.ndarray):
     """Residuals and Jacobian from one batch of motions: many march for little more than one."""
     steps = _steps(law)
     moves = np.where(x + steps < high, steps, -steps)
-    r = _residuals(law, np.vstack([x, x + np.diag(moves)]), horizon)
+    r = _residuals(law, np.vstack([x, x + np.diag(moves)]))
     return r[0], ((r[1:] - r[:1]) / moves[:, None]).T
 
 
@@ -193,7 +211,8 @@ def _descend(law: Law, p, bounds, horizon: float, evaluations: int):
     unit diagonal they are well enough conditioned.
     """
     low, high = bounds
-    r, jacobian = _look(law, p, high, horizon)
+    law = _cut(law, horizon)
+    r, jacobian = _look(law, p, high)
     cost, damping = r @ r, 1e-3
     for _ in range(evaluations):
         scale = np.linalg.norm(jacobian, axis=0)
@@ -206,7 +225,7 @@ def _descend(law: Law, p, bounds, horizon: float, evaluations: int):
         H[stuck, stuck] = 1.0
         move = -np.linalg.solve(H, np.where(stuck, 0.0, slope)) / scale
         trial = np.clip(p + move, low + 1e-12, high - 1e-12)
-        after, tangent = _look(law, trial, high, horizon)
+        after, tangent = _look(law, trial, high)
         if after @ after < cost:
             gain, p, r, jacobian = cost - after @ after, trial, after, tangent
             cost, damping = r @ r, damping / 8
@@ -228,7 +247,7 @@ def screen(found: TimeFit, effect: Effect, thetas: list) -> np.ndarray:
     law, _ = extend(found, (effect,), [thetas[0]])
     P = np.vstack([np.r_[found.parameters, np.asarray(theta, float)] for theta in thetas])
     low, high = _bounds(law)
-    change = _residuals(law, np.clip(P, low, high)) - found.residuals
+    change = _residuals(_cut(law, 1.0), np.clip(P, low, high)) - found.residuals
     scale = np.linalg.norm(found.jacobian, axis=0)
     q, _ = np.linalg.qr(found.jacobian / np.where(scale > 0, scale, 1.0))
     change = change - (change @ q) @ q.T

@@ -1,6 +1,6 @@
 """The stiffness varies along the object: cured unevenly, filled, drier on one side.
 
-Law         E(s) = E (1 + (r - 1) s) or E r^s, s along an axis from the held end (0) to the other (1)
+Law         E(s) = E (1 + (r - 1) s) or E r^s, s on an axis from the held end (0) to the other (1)
 Tells       ratios of pitches and the curvature of the shapes change
 Looks like  compliant_pin, added_mass; a second way of holding it settles it
 Source      Elishakoff, Eigenvalues of Inhomogeneous Structures (2005), ch. 1
