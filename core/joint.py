@@ -14,13 +14,25 @@ from .harmonic_inversion import invert
 from .law import Law, TimeFit
 from .lens import straightened
 from .listen import listen
-from .match import PAIR, Match, align, has_twin, likeness, match_modes, pursue, select, turning
+from .match import (
+    PAIR,
+    Match,
+    align,
+    has_twin,
+    is_driven,
+    likeness,
+    match_modes,
+    pursue,
+    select,
+    turning,
+)
 from .residual import QUIET
 from .shutter import at_once
 from .timefit import extend, fit
 
 WEAK = 0.6  # likeness in shape less twice the difference in pitch that makes a weak mode known
 STRAY = 0.15  # of its pitch that a mode may move when all are fitted together
+LIVELY = 0.25  # damping ratio up to which a weak pole may be a mode
 MUCH = 0.3  # damping ratio beyond which it has run off, unless it was heard so
 FAINT = 0.02  # of the strongest mode's swing: below, a partner is not looked for
 PAIR_EVIDENCE = 20.0  # gain in BIC that the other direction of a degenerate pair must bring
@@ -156,7 +168,11 @@ def _weak_modes(found: TimeFit, body: Body, match: Match) -> tuple[RingDown, Mat
     scale = found.frequency[0] / body.modes.frequency[match.modes[0]]
     seen, frequency = body.seen(data), body.modes.frequency * scale
     new_f, new_z, modes = list(found.frequency), list(found.damping_ratio), list(match.modes)
-    for k, amplitude in enumerate(rest.amplitude):
+    own = poles(found.frequency, found.damping_ratio)
+    pole = poles(rest.frequency, rest.damping_ratio)
+    driven = is_driven(pole, np.ptp(data.time[data.fit]), own)
+    for k in np.flatnonzero(~driven & (rest.damping_ratio < LIVELY)):
+        amplitude = rest.amplitude[k]
         shape = np.zeros(len(on))
         shape[on] = real_shapes(amplitude[None])[0][0]
         f, z = rest.frequency[k], rest.damping_ratio[k]
@@ -166,7 +182,7 @@ def _weak_modes(found: TimeFit, body: Body, match: Match) -> tuple[RingDown, Mat
             if all(m != j and abs(frequency[m] / frequency[j] - 1) > PAIR for m in modes)
         ]
         quality, j = max(fits, default=(0.0, None))
-        if quality > WEAK and z < 0.25:
+        if quality > WEAK:
             new_f, new_z, modes = [*new_f, f], [*new_z, z], [*modes, j]
     if len(modes) == len(match.modes):
         return None

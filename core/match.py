@@ -54,14 +54,14 @@ def pursue(ring: RingDown, time: np.ndarray, values: np.ndarray, sigma: np.ndarr
     pole = poles(ring.frequency, ring.damping_ratio)
     phase = np.exp(np.outer(time[known] - ring.t0, pole))
     constant = np.ones((known.sum(), 1))
-    fall = -pole.real * np.ptp(time[known])  # nepers; what does not fall while others die is driven
-    driven = (fall < STEADY) & (fall.max(initial=0.0, where=ring.damping_ratio < DEAD) > DYING)
+    alive = ring.damping_ratio <= DEAD
+    driven = is_driven(pole, np.ptp(time[known]), pole[alive])
     order, shapes, gains = [], [], []
     left = power = float((y**2).sum())
     while len(order) < min(len(ring.frequency), MOST):
         tries = []
         for k in range(len(ring.frequency)):
-            if k in order or driven[k] or ring.damping_ratio[k] > DEAD:
+            if k in order or driven[k] or not alive[k]:
                 continue
             waves = phase[:, [*order, k]]
             basis = np.hstack([waves.real, -waves.imag, constant])
@@ -79,6 +79,12 @@ def pursue(ring: RingDown, time: np.ndarray, values: np.ndarray, sigma: np.ndarr
         gains.append(np.sqrt((left - rest) / power))
         left = rest
     return order, np.array(shapes), np.array(gains)
+
+
+def is_driven(pole: np.ndarray, span: float, others: np.ndarray) -> np.ndarray:
+    """Whether each `pole` (k,) stays as it is over `span` s while some of the `others` dies."""
+    dies = (-others.real * span).max(initial=0.0) > DYING
+    return (-pole.real * span < STEADY) & dies
 
 
 def match_modes(
