@@ -35,6 +35,7 @@ EFFECT = Effect(
     low=(0.0, np.log(2e-4)),
     high=(0.5, np.log(0.5)),
     starts=lambda setting, residual: [
+        (0.001, np.log(0.005)),
         (0.01, np.log(0.01)),
         (0.04, np.log(0.05)),
         (0.15, np.log(0.05)),
