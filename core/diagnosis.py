@@ -133,7 +133,7 @@ def _diagnose(declared: TimeFit, widen: Callable) -> Verdict:
     both = [c for c in pairs(declared, strong) if sufficient(c, ENOUGH_BOTH)]
     if both and _broken(declared, both[0]):
         return Verdict("unexplained", chain, (), (), ranked, ())
-    one = _one_of(declared, both[0].found, over) if both else None
+    one = _one_of(declared, both[0].found, over, strong[0]) if both else None
     if one:
         return Verdict(
             "explained",
@@ -250,7 +250,7 @@ def _add_second(chain, strong: list[Candidate], ranked, over: float) -> Verdict:
         able = [t for t in tries if t[1] and _counts_second(t[0], t[1][0], over)]
         best, more = max(able, key=lambda t: t[0].evidence + t[1][0].evidence, default=tries[0])
     if more and _counts_second(best, more[0], over):
-        one = _one_of(chain[0][1], more[0].found, over)
+        one = _one_of(chain[0][1], more[0].found, over, best)
         best, more = (best, more) if one is None else (one, [])
     chain += ((best.names[0], best.found),)
     effects, twins, minor = (best,), (twins_of(best, strong),), ()
@@ -264,10 +264,10 @@ def _add_second(chain, strong: list[Candidate], ranked, over: float) -> Verdict:
     return Verdict("explained", chain, effects, twins, ranked, minor)
 
 
-def _one_of(declared: TimeFit, both: TimeFit, over: float) -> Candidate | None:
-    """The one of two effects that does without the other, started from where both stand.
+def _one_of(declared: TimeFit, both: TimeFit, over: float, best: Candidate) -> Candidate | None:
+    """The one of two effects that does without the other and better than the best single one.
 
-    The search for a single effect may have missed it; the second one then only led the way to it.
+    The search for it may have missed it; the second one then only led the way there.
     """
     names = [effect.name for effect in both.law.effects]
     for i in (-2, -1):
@@ -275,7 +275,10 @@ def _one_of(declared: TimeFit, both: TimeFit, over: float) -> Candidate | None:
         kept = names[-1 if i == -2 else -2]
         one = judge((kept,), alone, declared)
         pair = judge((kept, names[i]), both, alone)
-        if sufficient(one, ENOUGH) and not _counts_second(one, pair, over):
+        veto = alone.law.effects[-1].veto
+        if one.evidence <= best.evidence or not sufficient(one, ENOUGH) or (veto and veto(alone)):
+            continue
+        if not _counts_second(one, pair, over):
             return one
     return None
 

@@ -18,6 +18,7 @@ from .shutter import later
 from .simulate import swing
 
 WILD = 1e7  # noise units; a motion that runs away is a bad fit, not an error
+TRUST = 20.0  # the same of the other modes, where a force shows it: as well as masses are known
 PIN = 1e3  # weight that keeps S at the reference at one, so that u is in metres there
 
 
@@ -127,7 +128,8 @@ def _residuals(law: Law, P: np.ndarray) -> np.ndarray:
     K = law.modes
     for c in range(law.conditions):
         own = coefficients[:, :, c * law.own : (c + 1) * law.own]
-        out.append(PIN * (1 - np.einsum("kc,bck->bk", law.gauge(c), own[:, :, :K])))
+        hold = np.r_[PIN, np.full(K - 1, TRUST)]
+        out.append(hold * (1 - np.einsum("kc,bck->bk", law.gauge(c), own[:, :, :K])))
         if law.turning:
             across = law.gauge(c)[list(law.turning)]
             out.append(PIN * np.einsum("kc,bck->bk", across, own[:, :, K:]))
@@ -173,9 +175,11 @@ def _steps(law: Law) -> np.ndarray:
 def fit(law: Law, start: np.ndarray, horizons=(1.0,), evaluations: int = 10) -> TimeFit:
     """Least squares from `start` (p,), over growing shares of the fitted part."""
     low, high = _bounds(law)
-    p = np.clip(_gauged(law, start), low + 1e-12, high - 1e-12)
+    p = start
     for horizon in horizons:
-        p, jacobian = _descend(law, p, (low, high), horizon, evaluations)
+        short = _cut(law, horizon)
+        p = np.clip(_gauged(short, p), low + 1e-12, high - 1e-12)
+        p, jacobian = _descend(short, p, (low, high), evaluations)
     return conclude(law, p, jacobian)
 
 
@@ -184,7 +188,7 @@ def _gauged(law: Law, p: np.ndarray) -> np.ndarray:
 
     A new effect turns shapes; the scale follows at once here, and only slowly in the search.
     """
-    coefficients = _solve(_cut(law, 1.0), p[None])[0][0]
+    coefficients = _solve(law, p[None])[0][0]
     a, _, _ = law.sizes()
     p = p.copy()
     for take, index in enumerate(law.fitted):
@@ -204,14 +208,13 @@ def _look(law: Law, x: np.ndarray, high: np.ndarray):
     return r[0], ((r[1:] - r[:1]) / moves[:, None]).T
 
 
-def _descend(law: Law, p, bounds, horizon: float, evaluations: int):
+def _descend(law: Law, p, bounds, evaluations: int):
     """Levenberg-Marquardt within bounds (More, Lect. Notes Math. 630 (1978) 105): p, Jacobian.
 
     The normal equations are of the few searched parameters only, so they are cheap, and scaled to
     unit diagonal they are well enough conditioned.
     """
     low, high = bounds
-    law = _cut(law, horizon)
     r, jacobian = _look(law, p, high)
     cost, damping = r @ r, 1e-3
     for _ in range(evaluations):

@@ -6,9 +6,13 @@ Looks like  anything that depends on amplitude, when the second direction is not
 Source      Rayleigh, The Theory of Sound, vol. 1, 221 a (split modes of bells)
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from .base import Effect, Parameter, companion, ring
+
+LEAST = 0.004  # of the pitch: a mesh splits a symmetric body's pair as much
 
 
 def columns(theta, setting, time, u):
@@ -19,7 +23,8 @@ def columns(theta, setting, time, u):
 
 def veto(found):
     """A companion of the same shape is no second direction: it mimics what follows amplitude."""
-    return companion(found, 0)
+    split = report(found.theta[-1][0], replace(found.law.setting, pitch=found.frequency[0]), None)
+    return "both have one pitch" if split["split"] < LEAST else companion(found, 0)
 
 
 def _both(theta, setting, first: float) -> np.ndarray:
