@@ -38,6 +38,7 @@ ENOUGH_BOTH = 0.88  # for two effects, which have more freedom
 WEAK = 0.05  # of the motion, rms: more than that is no forgotten weak mode
 SECOND_SIZE = 0.25  # of the declared fit's excess, rms, that a second effect must take
 SECOND = 0.6  # share of what the first leaves that a second must take
+COMPANION = 0.7  # MAC from which a line has a known mode's shape
 APART = 0.03  # of its pitch that a further mode keeps from those known and their overtones
 RIVALS = 3  # single effects of which a second one is sought
 HALF = 0.5  # of what the best effect leaves is what a sudden change may leave to be the cause
@@ -125,6 +126,8 @@ def _diagnose(declared: TimeFit, widen: Callable) -> Verdict:
         minor = tuple((c.names[0], gained(declared, c.found)) for c in strong)
         return Verdict("adequate", chain, (), (), ranked, minor)
     strong = [c for c in strong if gained(declared, c.found) >= MATERIAL or _shows(c, declared)]
+    if over < WEAK and not _fails(declared) and more_modes(declared, strong):
+        return Verdict("adequate", chain, (), (), ranked, ())
     strong = _widened(strong, declared, widen)
     if strong and sufficient(strong[0], ENOUGH):
         if _broken(declared, strong[0]):
@@ -145,8 +148,6 @@ def _diagnose(declared: TimeFit, widen: Callable) -> Verdict:
         )
     if both:
         return _two(chain, both, ranked)
-    if over < WEAK and not _fails(declared) and more_modes(declared):
-        return Verdict("adequate", chain, (), (), ranked, ())
     partial = tuple(c for c in strong[:1] if c.share > 0.3 and not c.held_share < 0.3)
     if partial:
         chain += ((partial[0].names[0], partial[0].found),)
@@ -166,8 +167,9 @@ def _widened(strong: list[Candidate], declared: TimeFit, widen: Callable) -> lis
     return sorted(out, key=lambda c: -c.evidence)
 
 
-def more_modes(declared: TimeFit) -> bool:
-    """Whether further weak modes, each with a shape of its own, are all that is left.
+def more_modes(declared: TimeFit, strong: list[Candidate]) -> bool:
+    """Whether further weak modes, each with a shape of its own, are all that is left, and tell it
+    better than the `strong` effects do.
 
     A body has more modes than a model matches; their pitches and shapes are the modal layer's
     business. A line with the first mode's shape is none of them: it mimics what acts in time.
@@ -178,14 +180,17 @@ def more_modes(declared: TimeFit) -> bool:
     time = data.time[data.fit]
     ring = invert(time, left, noise=data.sigma[on], max_modes=5)
     shapes, _ = real_shapes(ring.amplitude)
-    first = declared.shapes[0, on]
-    known = np.r_[declared.frequency, 2 * declared.frequency[0], 3 * declared.frequency[0]]
+    first, other = declared.frequency[0] * np.arange(1, 4), declared.frequency[1:]
     own = [
         k
-        for k, s in enumerate(shapes)
-        if mac(s, first) < 0.7
-        and ring.damping_ratio[k] < 0.2
-        and np.abs(np.log(ring.frequency[k] / known)).min() > APART
+        for k, (s, f) in enumerate(zip(shapes, ring.frequency, strict=True))
+        if ring.damping_ratio[k] < 0.2
+        and mac(s, declared.shapes[0, on]) < COMPANION
+        and np.abs(np.log(f / first)).min() > APART
+        and not any(
+            abs(np.log(f / g)) < APART and mac(s, there[on]) > COMPANION
+            for g, there in zip(other, declared.shapes[1:], strict=True)
+        )
     ]
     if not own:
         return False
@@ -194,6 +199,8 @@ def more_modes(declared: TimeFit) -> bool:
     y = np.nan_to_num(left) / data.sigma[on]
     rest = float(((y - q @ (q.T @ y)) ** 2).sum())
     over = float((y**2).sum()) - y.size
+    if strong and rest > strong[0].found.chi2:
+        return False
     return rest < NOISY * y.size or float((y**2).sum()) - rest > ENOUGH * over
 
 

@@ -35,6 +35,7 @@ STRAY = 0.15  # of its pitch that a mode may move when all are fitted together
 LIVELY = 0.25  # damping ratio up to which a weak pole may be a mode
 MUCH = 0.3  # damping ratio beyond which it has run off, unless it was heard so
 FAINT = 0.02  # of the strongest mode's swing: below, a partner is not looked for
+PAIR_SHARE = 0.2  # of what is left that it must take: less may be what acts in time
 PAIR_EVIDENCE = 20.0  # gain in BIC that the other direction of a degenerate pair must bring
 HELD_PERIODS = 2.0  # of the first mode, from which the start of a held-out take is fitted
 
@@ -168,8 +169,7 @@ def _weak_modes(found: TimeFit, body: Body, match: Match) -> tuple[RingDown, Mat
     scale = found.frequency[0] / body.modes.frequency[match.modes[0]]
     seen, frequency = body.seen(data), body.modes.frequency * scale
     new_f, new_z, modes = list(found.frequency), list(found.damping_ratio), list(match.modes)
-    own = poles(found.frequency, found.damping_ratio)
-    pole = poles(rest.frequency, rest.damping_ratio)
+    own, pole = (poles(one.frequency, one.damping_ratio) for one in (found, rest))
     driven = is_driven(pole, np.ptp(data.time[data.fit]), own)
     for k in np.flatnonzero(~driven & (rest.damping_ratio < LIVELY)):
         amplitude = rest.amplitude[k]
@@ -204,11 +204,10 @@ def _apart(takes, condition) -> tuple[int, ...]:
 
 def _gaps(modes, frequency: np.ndarray) -> dict[int, float]:
     """How far the computed partner of each matched degenerate mode lies from it, relatively."""
-    out = {}
-    for k in turning(modes, frequency):
-        apart = np.abs(np.delete(frequency, modes[k]) / frequency[modes[k]] - 1)
-        out[k] = float(apart.min())
-    return out
+    return {
+        k: float(np.abs(np.delete(frequency, modes[k]) / frequency[modes[k]] - 1).min())
+        for k in turning(modes, frequency)
+    }
 
 
 def _with_partners(found: TimeFit, gaps: dict[int, float]) -> TimeFit:
@@ -227,8 +226,9 @@ def _with_partners(found: TimeFit, gaps: dict[int, float]) -> TimeFit:
             law, p = extend(found, (effect,), [start])
             tries.append(fit(law, p, evaluations=20))
         wider = min(tries, key=lambda t: t.chi2)
-        price = (wider.unknowns - found.unknowns) * np.log(wider.samples)
-        if found.chi2 - wider.chi2 > price + PAIR_EVIDENCE and not effect.veto(wider):
+        price = (wider.unknowns - found.unknowns) * np.log(wider.samples) + PAIR_EVIDENCE
+        gain = found.chi2 - wider.chi2
+        if gain > max(price, PAIR_SHARE * found.chi2) and not effect.veto(wider):
             found = wider
     return found
 

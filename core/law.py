@@ -7,6 +7,7 @@ import numpy as np
 from .channels import Channels
 from .effects.base import Effect, Setting
 
+TRUST = 20.0  # a mode's mass is known to five per cent; only forces can tell
 FARTHEST = 30.0  # most that a place moves in a higher mode over the first
 
 
@@ -22,6 +23,7 @@ class Law:
     damping: str = "free"  # "free" | "common" | "none"
     effects: tuple[Effect, ...] = ()
     turning: tuple[int, ...] = ()  # modes of a degenerate pair, whose motion may be an ellipse
+    trust: float = TRUST  # weight that keeps the other modes' shapes at one at their references
     gauges: tuple[np.ndarray, ...] = ()  # the reference of every condition, where there are more
 
     def gauge(self, condition: int) -> np.ndarray:
@@ -103,6 +105,12 @@ class TimeFit:
             at += width
         none = np.zeros((len(self.coefficients), 0))
         return [out.get(i, none) for i in range(len(law.effects))]
+
+    @property
+    def sizes(self) -> list[float]:
+        """(K,) m, the most that each mode moves its reference in the first fitted take."""
+        there = np.abs(np.einsum("kc,kc->k", self.law.gauge(0), self.shapes))
+        return [float(s * np.abs(u).max()) for s, u in zip(there, self.motions[0].T, strict=True)]
 
     @property
     def shapes(self) -> np.ndarray:

@@ -140,7 +140,7 @@ def _stiffening(case: Case, mesh: TetMesh, heard: Heard) -> tuple[np.ndarray, np
 def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dict:
     final = verdict.final
     stiff, sigma, element = solved
-    k = int(np.argmax([np.abs(u).max() for u in final.motions[0].T]))
+    k = int(np.argmax(final.sizes))
     j = heard.match.modes[k] if heard.match.modes[k] is not None else 0
     true = true_frequency(heard, final)
     spread = final.frequency[k] * np.sqrt(final.covariance[k, k] * inflation(final))

@@ -36,7 +36,7 @@ def told_modes(heard: Heard, found: TimeFit, modulus: float, true: np.ndarray) -
     sigma = np.sqrt(np.maximum(np.diag(found.covariance), 0) * inflation(found))
     body, data = heard.body, found.law.takes[found.law.fitted[0]]
     seen = body.seen(data)
-    size = [float(np.abs(u).max()) for u in found.motions[0].T]
+    size = found.sizes
     out = []
     for k in np.argsort([-s for s in size]):
         f, fold = true[k], found.frequency[k] / true[k]

@@ -14,7 +14,7 @@ import numpy as np
 from .baseline import px_per_metre
 from .effects import TIME_EFFECTS, base_motion, lost_frames, tracker_drift
 from .effects.base import Effect
-from .law import TimeFit
+from .law import TRUST, TimeFit
 from .residual import misfit, motion_rms, nrmse
 from .timefit import extend, fit, screen
 
@@ -157,6 +157,7 @@ def race(
         if done and done[0].chi2 < FITTED * done[0].samples:
             break
         law, p = extend(start, (effect,), [begins[i]])
+        law = replace(law, trust=TRUST * max(np.sqrt(start.chi2 / start.samples), 1.0))
         marched = effect.force or effect.acceleration
         done.append(fit(law, p, horizons=HORIZONS if marched else (1.0,)))
     return min(done, key=lambda t: t.chi2)

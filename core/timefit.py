@@ -18,7 +18,6 @@ from .shutter import later
 from .simulate import swing
 
 WILD = 1e7  # noise units; a motion that runs away is a bad fit, not an error
-TRUST = 20.0  # the same of the other modes, where a force shows it: as well as masses are known
 PIN = 1e3  # weight that keeps S at the reference at one, so that u is in metres there
 
 
@@ -128,7 +127,7 @@ def _residuals(law: Law, P: np.ndarray) -> np.ndarray:
     K = law.modes
     for c in range(law.conditions):
         own = coefficients[:, :, c * law.own : (c + 1) * law.own]
-        hold = np.r_[PIN, np.full(K - 1, TRUST)]
+        hold = np.r_[PIN, np.full(K - 1, law.trust)]
         out.append(hold * (1 - np.einsum("kc,bck->bk", law.gauge(c), own[:, :, :K])))
         if law.turning:
             across = law.gauge(c)[list(law.turning)]

@@ -8,7 +8,7 @@ Source      Blevins, Flow-Induced Vibration (1990), ch. 6
 
 import numpy as np
 
-from .base import Effect, Parameter
+from .base import Effect, Parameter, too_faint
 
 
 def acceleration(theta, setting, state):
@@ -35,4 +35,5 @@ EFFECT = Effect(
     acceleration=acceleration,
     requires=lambda setting, takes: "" if setting.skin.size else "no computed mode fits",
     report=report,
+    veto=too_faint,
 )

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 UNSURE = 0.1  # of the most that a place shares in a higher mode, that computed shapes are off
+FAINT = 3.0  # standard deviations that an effect's strength is away from nought
 SAME_SHAPE = 0.7  # share of a second motion along a mode's shape that makes it a mere companion
 
 
@@ -172,3 +173,11 @@ def companion(found, k: int) -> str:
     second = found.column_shapes()[-1]
     alike = ((first @ second) ** 2).sum() / max((second**2).sum(), 1e-300)
     return f"its shape is that of mode {k + 1}" if alike > SAME_SHAPE else ""
+
+
+def too_faint(found) -> str:
+    """Why the last effect, whose first number is its strength, is none; or ""."""
+    theta = found.theta[-1][0]
+    at = len(found.parameters) - len(theta)
+    spread = np.sqrt(max(found.covariance[at, at] * max(found.chi2 / found.samples, 1.0), 0.0))
+    return "its strength may be nought" if abs(theta[0]) < FAINT * spread else ""

@@ -8,7 +8,7 @@ Source      Iwan, J. Appl. Mech. 33 (1966) 893; Rayleigh, The Theory of Sound, v
 
 import numpy as np
 
-from .base import Effect, Parameter
+from .base import Effect, Parameter, too_faint
 
 
 def force(theta, setting, state):
@@ -44,4 +44,5 @@ EFFECT = Effect(
     memory=1,
     begin=lambda theta, setting, u: np.zeros((len(u), 1)),
     report=report,
+    veto=too_faint,
 )

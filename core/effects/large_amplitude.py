@@ -9,7 +9,7 @@ Source      Nayfeh and Mook, Nonlinear Oscillations (1979), 2.3: df/f = 3 k3 A^2
 
 import numpy as np
 
-from .base import Effect, Parameter
+from .base import Effect, Parameter, too_faint
 
 STEEPEST = 0.2  # least 1 + q x^2/A^2
 
@@ -37,4 +37,5 @@ EFFECT = Effect(
     starts=lambda setting, residual: [(0.03, 0.0), (-0.03, 0.0), (0.03, -0.5), (-0.03, 1.0)],
     force=force,
     report=report,
+    veto=too_faint,
 )

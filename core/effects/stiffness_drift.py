@@ -8,7 +8,7 @@ Source      Kevorkian and Cole, Multiple Scale Methods (1996), 4.3: slowly varyi
 
 import numpy as np
 
-from .base import Effect, Parameter
+from .base import Effect, Parameter, too_faint
 
 BENDS = (-1.0, 2.0)  # of the fitted part over tau; what levels sooner follows the amplitude
 
@@ -37,4 +37,5 @@ EFFECT = Effect(
     starts=lambda setting, residual: [(0.03, 0.0), (-0.03, 0.0)],
     acceleration=acceleration,
     report=report,
+    veto=too_faint,
 )
