@@ -33,6 +33,7 @@ from .time_layer import (
 from .timefit import screen, without
 
 ENOUGH = 0.80  # share of the excess that one effect must take to be the explanation
+ALL = 0.95  # the same of one that is read off the record
 ENOUGH_HELD = 0.70  # the same on held-out samples
 ENOUGH_BOTH = 0.88  # for two effects, which have more freedom
 WEAK = 0.05  # of the motion, rms: more than that is no forgotten weak mode
@@ -224,8 +225,7 @@ def sufficient(candidate: Candidate, enough: float) -> bool:
     """Takes nearly all of the excess, where it was fitted and where it was held out."""
     _, count = misfit(candidate.found.law.takes, candidate.found.predicted, False)
     nearly = candidate.found.chi2 < NOISY * count
-    if not candidate.found.law.effects[-1].free:  # what is read off the record must take it all
-        nearly |= candidate.share >= enough
+    nearly |= candidate.share >= (ALL if candidate.found.law.effects[-1].free else enough)
     return nearly and not candidate.held_share < ENOUGH_HELD
 
 
