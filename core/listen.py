@@ -10,6 +10,7 @@ from .match import DEAD
 from .noise_floor import noise_floor
 from .shutter import at_once
 
+ROUNDED = 0.01  # of a frame that a written instant may be beside one
 PERIODS = 2.0  # of the lowest mode that a recording must hold
 
 
@@ -59,15 +60,23 @@ def listen(take: Take, find_release) -> tuple[Channels, RingDown]:
 def release(take: Take, find_release) -> tuple[float, float]:
     """Instants (s) between which the object moves freely: as declared, or as seen."""
     recording = take.recording
-    if recording.start is not None and recording.stop is not None:
-        return recording.start, recording.stop
-    values = recording.values.reshape(len(recording.time), -1)
-    on = np.repeat([m.on == "object" for m in recording.markers], recording.values.shape[2])
-    if recording.start is None:
-        start, stop = find_release(recording.time, values[:, on])
+    start, stop = (
+        None if when is None else _on_a_frame(recording.time, when)
+        for when in (recording.start, recording.stop)
+    )
+    if start is None:
+        values = recording.values.reshape(len(recording.time), -1)
+        on = np.repeat([m.on == "object" for m in recording.markers], recording.values.shape[2])
+        start, end = find_release(recording.time, values[:, on])
     else:
-        start, stop = recording.start, float(recording.time[-1])
-    return start, recording.stop if recording.stop is not None else stop
+        end = float(recording.time[-1])
+    return start, end if stop is None else stop
+
+
+def _on_a_frame(time: np.ndarray, when: float) -> float:
+    """`when`, or the frame that it was rounded from."""
+    nearest = float(time[np.argmin(np.abs(time - when))])
+    return nearest if abs(nearest - when) < ROUNDED * np.median(np.diff(time)) else when
 
 
 def _spread(ring: RingDown, moving: np.ndarray, noise: np.ndarray) -> RingDown:

@@ -16,7 +16,7 @@ from ..elasticity import assemble
 from .base import Effect, Family, Parameter, reduced_basis
 
 RATIOS = (0.3, 0.6, 1.8, 3.5)
-DEGREE = 4  # of the polynomial that stands for r^s; within 0.2 % for a ratio of ten
+DEGREE = 4  # of the polynomial that stands for r^s; within 0.3 % for a ratio of ten
 ALIKE = 0.98  # cosine from which two axes are one
 
 
@@ -48,7 +48,7 @@ def _axes(model) -> np.ndarray:
     return np.vstack([own, *(one for one in np.eye(3) if np.abs(own @ one).max() < ALIKE)])
 
 
-def _powers(ratio: float) -> np.ndarray:
+def powers(ratio: float) -> np.ndarray:
     """(DEGREE + 1,) coefficients of s^n in r^s, as near as a polynomial comes on 0..1."""
     series = chebyshev.Chebyshev.interpolate(lambda s: ratio**s, DEGREE, domain=[0, 1])
     return series.convert(kind=polynomial.Polynomial).coef
@@ -76,7 +76,7 @@ def family(body, solve):
         axis, ratio = powers[int(theta[0])], np.exp(theta[2])
         if not theta[1]:
             return K + (ratio - 1) * axis[0], M
-        terms = _powers(ratio)
+        terms = powers(ratio)
         return terms[0] * K + np.tensordot(terms[1:], axis, 1), M
 
     def report(theta, young):

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from core.case import read_case
 from core.errors import RecordingError
+from core.listen import listen
 from core.pipeline import calibrate_case
 from tests.truth import make
 
@@ -55,6 +57,22 @@ def test_a_motion_that_dies_within_one_swing_is_refused_in_one_line(tmp_path):
     path = case(tmp_path, swing(4, 0.7), 120, 2)
     with pytest.raises(RecordingError, match="dies within one swing"):
         calibrate_case(path, elements=300)
+
+
+def test_amplitudes_are_those_at_the_release_between_two_frames(tmp_path):
+    path = case(tmp_path, swing(5, 0.08), 30, 4, noise=1e-6)
+    path.write_text(path.read_text().replace("[[marker]]", "start = 0.05\n[[marker]]"))
+    _, ring = listen(read_case(path).takes[0], None)
+    pole = 2 * np.pi * 5 * (-0.08 + 1j * np.sqrt(1 - 0.08**2))
+    assert ring.t0 == 0
+    assert abs(ring.amplitude[0, 2] / (5e-3 * np.exp(0.05 * pole)) - 1) < 0.01
+
+
+def test_an_instant_that_was_rounded_up_keeps_its_frame(tmp_path):
+    path = case(tmp_path, swing(5, 0.08), 30, 4)
+    path.write_text(path.read_text().replace("[[marker]]", "start = 0.066667\n[[marker]]"))
+    data, _ = listen(read_case(path).takes[0], None)
+    assert data.time[0] == 0 and len(data.time) == 118
 
 
 @pytest.mark.slow

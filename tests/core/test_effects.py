@@ -8,7 +8,7 @@ import pytest
 
 from core import effects
 from core.case_schema import EFFECT_NAMES
-from core.effects import BY_NAME, TIME_EFFECTS
+from core.effects import BY_NAME, TIME_EFFECTS, graded_stiffness
 from core.simulate import swing
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
 
@@ -51,3 +51,10 @@ def test_no_strength_is_no_effect(effect):
     with_it = swing(*args, [(effect, theta)], setting())[0]
     without = swing(*args, [], setting())[0]
     assert np.abs(with_it - without).max() < 1e-12
+
+
+@pytest.mark.parametrize("ratio", [0.1, 0.4, 1.0, 2.5, 10.0])
+def test_an_exponential_gradient_is_told_by_few_powers(ratio):
+    s = np.linspace(0, 1, 101)
+    told = np.polynomial.polynomial.polyval(s, graded_stiffness.powers(ratio))
+    assert np.abs(told / ratio**s - 1).max() < 3e-3

@@ -102,6 +102,30 @@ def test_a_drifting_stiffness_is_followed_by_the_pitch():
     assert np.abs(pitch - 5.0 * np.sqrt(1 + 0.2 * middle / 4.0)).max() < 0.02
 
 
+def test_a_drift_may_level_off():
+    at = crossings(*run(stiffness_drift.EFFECT, (0.2, 1.5)))
+    pitch, s = 1 / np.diff(at), (at[1:] + at[:-1]) / 2 / 4.0
+    assert np.abs(pitch - 5.0 * np.sqrt(1 + 0.2 * (1 - np.exp(-1.5 * s)) / 1.5)).max() < 0.02
+
+
+@pytest.mark.parametrize("bend", [-0.5, 0.0, 1.5])
+def test_a_bent_backbone_has_the_period_of_its_potential(bend):
+    """T = 4 int_0^A dx / sqrt(2 (V(A) - V(x))), x = A sin a taking the root's end away."""
+
+    def stored(x):
+        y = x / AMPLITUDE
+        odd = y**4 / 4 if bend == 0 else y**2 / (2 * bend) - np.log1p(bend * y**2) / (2 * bend**2)
+        return OMEGA[0] ** 2 * AMPLITUDE**2 * (y**2 / 2 + 8 / 3 * 0.05 * odd)
+
+    angle = (np.arange(20000) + 0.5) * np.pi / 40000
+    x = AMPLITUDE * np.sin(angle)
+    period = 4 * np.sum(
+        AMPLITUDE * np.cos(angle) / np.sqrt(2 * (stored(AMPLITUDE) - stored(x)))
+    ) * np.pi / 40000  # fmt: skip
+    at = crossings(*run(large_amplitude.EFFECT, (0.05, bend)))
+    assert abs((at[-1] - at[0]) / (len(at) - 1) / period - 1) < 1e-3
+
+
 def test_a_stop_out_of_reach_changes_nothing():
     time, u = run(contact.ABOVE, (0.98, np.log(50.0)), amplitude=0.9 * AMPLITUDE)
     assert np.abs(u - 0.9 * AMPLITUDE * np.cos(OMEGA[0] * time)).max() < 1e-12
