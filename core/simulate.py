@@ -28,6 +28,7 @@ def swing(omega, zeta, start, time, forces: list, setting: Setting):
     state = np.swapaxes(start, 0, 1).copy()  # (2, B, K) u, u': as one array, for speed
     push = _Push(forces, setting, state[0])
     limit = RUNAWAY * setting.amplitude * np.array([1.0, setting.omega.max()])[:, None, None]
+    most = limit[1, 0, 0] / step
     path = np.empty((count + 1, 3, *omega.shape))
     kick = push.kick(state, 0.0, 0.0)
     half = step / 2 * kick
@@ -40,6 +41,8 @@ def swing(omega, zeta, start, time, forces: list, setting: Setting):
         ahead = state.copy()
         ahead[1] += half
         kick = push.kick(ahead, (i + 1) * step, step)
+        np.maximum(kick, -most, out=kick)
+        np.minimum(kick, most, out=kick)
         half = step / 2 * kick
         state[1] += half
         path[i + 1, :2], path[i + 1, 2] = state, kick
