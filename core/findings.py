@@ -114,7 +114,11 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     ranked = suspects(ground, heard.body.case.declared)
     over = base.chi2 - pieces
     good = [
-        s for s in ranked if s.evidence > EVIDENCE and base.chi2 - s.hypothesis.chi2 > ENOUGH * over
+        s
+        for s in ranked
+        if s.evidence > EVIDENCE
+        and base.chi2 - s.hypothesis.chi2 > ENOUGH * over
+        and not _may_be_nothing(s)
     ]
     before = _row(None, heard, verdict, ground, base)
     misfit = (float((base.pitch_pull**2).sum()), float(base.shape_chi2.sum()))
@@ -253,6 +257,15 @@ def _bound(declared: TimeFit, frequency, shapes, data) -> np.ndarray:
     right = np.einsum("tk,tc,kc->k", centred, y, both)
     a = np.linalg.lstsq(gram, right, rcond=None)[0]
     return ((waves - mean) * a) @ (both * data.sigma) + data.values[use].mean(axis=0)
+
+
+def _may_be_nothing(suspect: Suspect) -> bool:
+    """Whether its interval holds the value that changes nothing."""
+    if suspect.effect.nothing is None:
+        return False
+    name, value = suspect.effect.nothing
+    values = [report[name] for _, report in suspect.near]
+    return min(values) < value < max(values)
 
 
 def _told(best: Suspect, ranked: list[Suspect]) -> dict:

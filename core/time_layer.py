@@ -153,7 +153,7 @@ def race(
 ) -> TimeFit:
     """The best fit of `start` with `effect`, from the most promising of its starting places."""
     done = []
-    for i in np.argsort(-promise)[:runners]:
+    for i in _unlike(effect, begins, promise)[:runners]:
         if done and done[0].chi2 < FITTED * done[0].samples:
             break
         law, p = extend(start, (effect,), [begins[i]])
@@ -161,6 +161,19 @@ def race(
         marched = effect.force or effect.acceleration
         done.append(fit(law, p, horizons=HORIZONS if marched else (1.0,)))
     return min(done, key=lambda t: t.chi2)
+
+
+def _unlike(effect: Effect, begins: list, promise: np.ndarray) -> list[int]:
+    """The most promising starting places first, of each strength only the best place on the body:
+    the search moves a place more easily than it turns a law round.
+    """
+    out, seen = [], set()
+    for i in np.argsort(-promise):
+        own = tuple(begins[i][: len(effect.low)])
+        if own not in seen:
+            out.append(int(i))
+            seen.add(own)
+    return out
 
 
 def _entries(start: TimeFit):

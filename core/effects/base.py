@@ -114,6 +114,7 @@ class Effect:
     rival: Callable | None = None  # (TimeFit) -> a plainer Effect that must do clearly worse
     requires: Callable | None = None  # (setting, takes) -> reason why not, or ""
     change_model: Callable | None = None  # modal layer
+    nothing: tuple[str, float] | None = None  # modal: the parameter, and its value without effect
     family: Callable | None = None  # modal layer: (body, solve) -> Family, or None
 
 

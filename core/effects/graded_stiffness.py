@@ -61,19 +61,19 @@ def family(body, solve):
     parts, ends = [body.modes.shapes.reshape(-1, body.modes.shapes.shape[2])], []
     for axis in axes:
         share = _along(model, axis)
-        grown = [_scaled(model, 1 + share**n) for n in range(1, DEGREE + 1)]
-        shear, bulk = grown[0].shear - model.shear, grown[0].bulk - model.bulk
+        rows = [_scaled(model, 1 + share**n) for n in range(1, DEGREE + 1)]
+        shear, bulk = rows[0].shear - model.shear, rows[0].bulk - model.bulk
         for by in np.array(RATIOS) - 1:
             graded = replace(model, shear=model.shear + by * shear, bulk=model.bulk + by * bulk)
             parts.append(solve(graded, 6))
-        ends.append([one.stiffness - model.stiffness for one in grown])
+        ends.append([one.stiffness - model.stiffness for one in rows])
     basis = reduced_basis(parts, model.mass)
     K = basis.T @ (model.stiffness @ basis)
-    powers = np.array([[basis.T @ (end @ basis) for end in some] for some in ends])
+    grown = np.array([[basis.T @ (end @ basis) for end in some] for some in ends])
     M = np.eye(basis.shape[1])
 
     def matrices(theta):
-        axis, ratio = powers[int(theta[0])], np.exp(theta[2])
+        axis, ratio = grown[int(theta[0])], np.exp(theta[2])
         if not theta[1]:
             return K + (ratio - 1) * axis[0], M
         terms = powers(ratio)
@@ -95,5 +95,6 @@ EFFECT = Effect(
     twins=("compliant_pin", "added_mass"),
     settle="hold it by the other end and film again",
     change_model=change_model,
+    nothing=("ratio", 1.0),
     family=family,
 )
