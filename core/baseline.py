@@ -11,7 +11,7 @@ from .elasticity import surface_quadrature
 from .law import Law
 
 SKIN = 100  # points of the surface at which drag is summed
-PLACES = 6  # where a force may sit, to start from
+PLACES = 48  # where a force may sit
 
 
 def real_shapes(amplitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -170,8 +170,8 @@ def _places(moved: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarra
         return np.zeros((0, moved.shape[2] - 1)), np.zeros(0)
     if not couples.shape[1]:  # one mode does not tell where: the body's whole range
         return np.zeros((PLACES, 0)), np.quantile(levers, np.linspace(1, 0, PLACES))
-    chosen = [int(np.argmax(levers))]
+    chosen, gap = [int(np.argmax(levers))], np.inf
     while len(chosen) < PLACES:
-        gap = np.min([((couples - couples[c]) ** 2).sum(axis=1) for c in chosen], axis=0)
+        gap = np.minimum(gap, ((couples - couples[chosen[-1]]) ** 2).sum(axis=1))
         chosen.append(int(np.argmax(gap)))
     return couples[chosen], levers[chosen]

@@ -25,6 +25,7 @@ BEAM = 4
 PROMISE = 8.0  # least gain in chi2 that a score test must see before an effect is fitted
 FITTED = 1.1  # misfit per sample at which no other starting place is tried
 SETTLED = 0.95  # share of the excess from which what comes later gets one start only
+BEGUN = 7  # of the places on the body, those far apart in how they share in the modes
 RUNNERS = 2  # starting places of an effect that are fitted
 HORIZONS = (0.4, 1.0)  # shares of the fitted part: from short to long, lest a phase slip traps
 
@@ -181,11 +182,11 @@ def _entries(start: TimeFit):
     index = start.law.fitted[0]
     data = start.law.takes[index]
     residual = (data.time[data.fit], (data.values - start.predicted[index])[data.fit])
-    out = []
+    out, places = [], start.law.setting.places[:BEGUN]
     for effect in proposals(start):
         begins = effect.starts(start.law.setting, residual)
         if effect.force:
-            begins = [(*b, *place) for b in begins for place in start.law.setting.places]
+            begins = [(*b, *place) for b in begins for place in places]
             begins = list(dict.fromkeys(begins))
         if begins:
             out.append((screen(start, effect, begins), effect, begins))
