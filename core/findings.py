@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2 as chi2_law
 
+from .baseline import px_per_metre
 from .camera_layer import camera_effects, true_frequency
 from .diagnosis import MATERIAL, Verdict, errors
 from .elasticity import gravity_force, static
@@ -37,6 +38,7 @@ SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
 SETTLED = 0.05  # of the sag: error of geometry, density and a creep that nothing shows
 CREPT = 0.15  # the same where a creep may be at work
+TILTED = 1.4  # of the sag over the length: how far a cantilever's end turns
 PULLED = 3.0  # standard deviations beyond which a prediction keeps to the model
 
 
@@ -167,6 +169,9 @@ def _ground(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         sag = np.where(data.support, 0.0, offset - data.rest)
         pull = gravity_force(body.model, case.takes[0].gravity)
         unit = body.seen(data, static(body.model, pull, 1.0)[:, :, None])[0]
+        length = np.ptp(body.model.points, axis=0).max()
+        tilt = TILTED * np.abs(sag).max() / px_per_metre(data) / length
+        shape_error = np.hypot(shape_error, tilt * size)  # it swings about where it hangs
     measured = Measured(
         true_frequency(heard, final),
         error,
