@@ -121,10 +121,12 @@ def with_body(law: Law, shapes: np.ndarray, body, seen: np.ndarray) -> Law:
     facing = np.einsum("qi,qik->qk", normals, moved)
     work = (np.abs(facing) * (moved**2).sum(axis=1)).T / 2 * areas  # (K, q) of the drag in a mode
     area = float(work[0].sum())
-    chance = (work / work.sum(axis=1, keepdims=True)).mean(axis=0)
+    chance = (work / np.maximum(work.sum(axis=1, keepdims=True), 1e-300)).sum(axis=0)
+    chance = chance / chance.sum()
     pick = np.random.default_rng(0).choice(len(areas), SKIN, p=chance)
     skin = np.swapaxes(moved[pick], 1, 2)
-    share = areas[pick] / (2 * area * SKIN * chance[pick])  # the picked ones do the work of all
+    share = areas[pick] / chance[pick]
+    share = share / (share * first[pick] ** 2 * np.abs(facing[pick, 0])).sum()  # work 1 in mode 1
     wind = skin * share[:, None, None] * (masses[0] / masses)[None, :, None]
     setting = replace(
         law.setting,

@@ -28,13 +28,14 @@ from .time_layer import (
     judge,
     pairs,
     race,
+    refuted,
     singles,
 )
 from .timefit import screen, without
 
 ENOUGH = 0.80  # share of the excess that one effect must take to be the explanation
-ALL = 0.95  # the same of one that is read off the record
 ENOUGH_HELD = 0.70  # the same on held-out samples
+ALL = 0.95  # as ENOUGH, where it is read off the record and has to take nearly everything
 ENOUGH_BOTH = 0.88  # for two effects, which have more freedom
 WEAK = 0.05  # of the motion, rms: more than that is no forgotten weak mode
 SECOND_SIZE = 0.25  # of the declared fit's excess, rms, that a second effect must take
@@ -162,8 +163,7 @@ def _widened(strong: list[Candidate], declared: TimeFit, widen: Callable) -> lis
     out = strong[len(near) :]
     for c in near:
         if c.found.chi2 > NOISY * c.found.samples and not c.found.law.effects[-1].given:
-            wider = judge(c.names, widen(c.found), declared)
-            c = wider if wider.evidence > c.evidence else c
+            c = max(c, judge(c.names, widen(c.found), declared), key=lambda one: one.evidence)
         out.append(c)
     return sorted(out, key=lambda c: -c.evidence)
 
@@ -197,12 +197,13 @@ def more_modes(declared: TimeFit, strong: list[Candidate]) -> bool:
         return False
     phase = np.exp(np.outer(time, poles(ring.frequency[own], ring.damping_ratio[own])))
     q, _ = np.linalg.qr(np.hstack([phase.real, phase.imag, np.ones((len(time), 1))]))
-    y = np.nan_to_num(left) / data.sigma[on]
-    rest = float(((y - q @ (q.T @ y)) ** 2).sum())
-    over = float((y**2).sum()) - y.size
-    if strong and rest > strong[0].found.chi2:
-        return False
-    return rest < NOISY * y.size or float((y**2).sum()) - rest > ENOUGH * over
+    y, known = np.nan_to_num(left) / data.sigma[on], np.isfinite(left)
+    rest, whole = (float((z[known] ** 2).sum()) for z in (y - q @ (q.T @ y), y))
+    if strong:
+        other = data.values - strong[0].found.predicted[declared.law.fitted[0]]
+        if rest > np.nansum((other[data.fit][:, on] / data.sigma[on]) ** 2):
+            return False
+    return rest < NOISY * known.sum() or whole - rest > ENOUGH * (whole - known.sum())
 
 
 def _shows(candidate: Candidate, declared: TimeFit) -> bool:
@@ -225,7 +226,8 @@ def sufficient(candidate: Candidate, enough: float) -> bool:
     """Takes nearly all of the excess, where it was fitted and where it was held out."""
     _, count = misfit(candidate.found.law.takes, candidate.found.predicted, False)
     nearly = candidate.found.chi2 < NOISY * count
-    nearly |= candidate.share >= (ALL if candidate.found.law.effects[-1].free else enough)
+    found = candidate.found.law.effects[-len(candidate.names) :]
+    nearly |= candidate.share >= (ALL if all(e.free for e in found) else enough)
     return nearly and not candidate.held_share < ENOUGH_HELD
 
 
@@ -276,16 +278,14 @@ def _one_of(declared: TimeFit, both: TimeFit, over: float, best: Candidate) -> C
 
     The search for it may have missed it; the second one then only led the way there.
     """
-    names = [effect.name for effect in both.law.effects]
-    for i in (-2, -1):
-        alone = without(both, len(names) + i)
-        kept = names[-1 if i == -2 else -2]
-        one = judge((kept,), alone, declared)
-        pair = judge((kept, names[i]), both, alone)
-        veto = alone.law.effects[-1].veto
-        if one.evidence <= best.evidence or not sufficient(one, ENOUGH) or (veto and veto(alone)):
+    effects = both.law.effects
+    for dropped, kept in ((-2, -1), (-1, -2)):
+        alone = without(both, len(effects) + dropped)
+        one = judge((effects[kept].name,), alone, declared)
+        if one.evidence <= best.evidence or not sufficient(one, ENOUGH):
             continue
-        if not _counts_second(one, pair, over):
+        pair = judge((effects[kept].name, effects[dropped].name), both, alone)
+        if not (refuted(alone) or _counts_second(one, pair, over)):
             return one
     return None
 

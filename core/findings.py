@@ -36,6 +36,7 @@ OUTWEIGHS = 3.0  # body's misfit over that in time, above which the latter decid
 BENT = 0.95  # MAC below which a computed shape is not the measured one
 SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
+MENDED = 0.8  # of the declared body's error, held out or fitted, that is left at most
 SETTLED = 0.05  # of the sag: error of geometry, density and a creep that nothing shows
 CREPT = 0.15  # the same where a creep may be at work
 TILTED = 1.4  # of the sag over the length: how far a cantilever's end turns
@@ -132,14 +133,17 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     best = good[0]
     body_error, time_error = before[2], errors(verdict.chain[0][1])[1]
     outweighed = body_error > OUTWEIGHS * time_error
-    found = "explained" if verdict.verdict != "unexplained" or outweighed else "unexplained"
+    row = _row(best.effect.name, heard, verdict, ground, best.hypothesis)
+    mended = min(row[1] / max(before[1], 1e-12), row[2] / max(before[2], 1e-12)) < MENDED
+    able = verdict.verdict != "unexplained" or outweighed
+    found = "explained" if able and mended else "unexplained"
     return replace(
         plain,
         verdict=found,
         effects=[_told(best, ranked)],
         ranking=_ranking(ranked, heard, verdict, ground),
         before=before,
-        rows=(_row(best.effect.name, heard, verdict, ground, best.hypothesis),),
+        rows=(row,),
         misfit=misfit,
         instead=("split_modes",),  # a changed body parts its own pairs
         mesh_pitch=_mesh_pitch(best, heard, stiff),
@@ -265,7 +269,7 @@ def _bound(declared: TimeFit, frequency, shapes, data) -> np.ndarray:
 
 
 def _may_be_nothing(suspect: Suspect) -> bool:
-    """Whether its interval holds the value that changes nothing."""
+    """Whether its interval holds the value that changes nothing: not even its sign is known."""
     if suspect.effect.nothing is None:
         return False
     name, value = suspect.effect.nothing

@@ -228,7 +228,7 @@ def _with_partners(found: TimeFit, gaps: dict[int, float]) -> TimeFit:
         wider = min(tries, key=lambda t: t.chi2)
         price = (wider.unknowns - found.unknowns) * np.log(wider.samples) + PAIR_EVIDENCE
         gain = found.chi2 - wider.chi2
-        if gain > max(price, PAIR_SHARE * found.chi2) and not effect.veto(wider):
+        if gain > max(price, PAIR_SHARE * (found.chi2 - found.samples)) and not effect.veto(wider):
             found = wider
     return found
 

@@ -7,7 +7,7 @@ import numpy as np
 from .channels import Channels
 from .effects.base import Effect, Setting
 
-TRUST = 20.0  # a mode's mass is known to five per cent; only forces can tell
+TRUST = 20.0  # 1 / 0.05: computed modes' masses are known to five per cent
 FARTHEST = 30.0  # most that a place moves in a higher mode over the first
 
 
@@ -18,7 +18,7 @@ class Law:
     takes: tuple[Channels, ...]
     condition: tuple[int, ...]  # per take: whose shapes it shares
     pitch: tuple[int, ...]  # per take: which loads and gravity; pitch and damping are shared
-    reference: np.ndarray  # (K, C) weights: reference_k . S_k = 1
+    reference: np.ndarray  # (K, C) weights: reference_k . S_k = 1, to 1/trust but for the first
     setting: Setting
     damping: str = "free"  # "free" | "common" | "none"
     effects: tuple[Effect, ...] = ()
@@ -65,7 +65,7 @@ class TimeFit:
     covariance: np.ndarray
     coefficients: np.ndarray  # (C, nb)
     predicted: tuple[np.ndarray, ...]  # per take (T, C), fit and held-out part
-    chi2: float  # over the fitted samples
+    chi2: float  # over the fitted samples, with what holds the references
     samples: int
     unknowns: int
     residuals: np.ndarray  # (R,) noise units

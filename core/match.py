@@ -12,7 +12,9 @@ from .shutter import at_once
 PAIR = 0.015  # relative distance below which two computed modes count as a degenerate pair
 MOST = 8  # poles that are looked at as modes of the body
 DEAD = 0.5  # damping ratio above which a pole is no mode of the body that rings
-STEADY, DYING = 0.1, 1.0  # nepers over the record
+STEADY = 0.1  # nepers over the record, at most, of what something drives
+DYING = 1.0  # nepers that what is let go falls by, at least, beside it
+HEARD = 0.1  # of the loudest pole at the release: what dies more faintly than that tells nothing
 SPLIT = 0.15  # relative, up to which a degenerate pair is one that `split_modes` parts
 ACROSS = 0.3  # MAC below which two motions have other directions
 FOLDED = 5.0  # likeness in shape that one of relative pitch weighs, for a folded mode
@@ -55,7 +57,9 @@ def pursue(ring: RingDown, time: np.ndarray, values: np.ndarray, sigma: np.ndarr
     phase = np.exp(np.outer(time[known] - ring.t0, pole))
     constant = np.ones((known.sum(), 1))
     alive = ring.damping_ratio <= DEAD
-    driven = is_driven(pole, np.ptp(time[known]), pole[alive])
+    size = np.linalg.norm(ring.amplitude / sigma, axis=1)
+    heard = alive & (size > HEARD * size.max())
+    driven = is_driven(pole, np.ptp(time[known]), pole[heard])
     order, shapes, gains = [], [], []
     left = power = float((y**2).sum())
     while len(order) < min(len(ring.frequency), MOST):
@@ -134,7 +138,8 @@ def _partner(one, taken, modes, computed):
     alike = {j: likeness(shape, shapes, frequency, j) for j in free}
     plain = {j: alike[j] - abs(np.log(f / frequency[j])) for j in free}
     known = max(plain.values(), default=0.0) > LEAST
-    if not known and not _may_be_partner(f, taken, modes, frequency):  # a fold may be like it
+    # a split pair's other half is left for the effects; else a fold may be like it
+    if not known and not _may_be_partner(f, taken, modes, frequency):
         plain = {
             j: alike[j] - FOLDED * abs(unfolded(f, frequency[j], rate) / frequency[j] - 1)
             for j in free

@@ -23,8 +23,6 @@ FINE = 4  # points of a sequence per sample
 CLIP = 0.02  # of bins of pure noise, taken for motion
 CLIP_ONE = 0.01  # the same, in one channel
 
-sequences = lru_cache(maxsize=64)(dpss)  # pieces of one length share them
-
 
 def noise_floor(time: np.ndarray, signals: np.ndarray) -> np.ndarray:
     """(C,) rms of the white noise under a motion; time (T,) s, signals (T, C), NaN missing.
@@ -34,14 +32,16 @@ def noise_floor(time: np.ndarray, signals: np.ndarray) -> np.ndarray:
     time, signals = np.asarray(time, float), np.asarray(signals, float)
     _, even = evenly(time, signals)
     if even.shape != signals.shape or not np.array_equal(even, signals, equal_nan=True):
-        return np.array([_beside_band(time[ok], y[ok]) for y in signals.T for ok in [~np.isnan(y)]])
+        slepian = lru_cache(maxsize=None)(dpss)  # pieces of one length share their sequences
+        known = ((time[ok], y[ok]) for y in signals.T for ok in [~np.isnan(y)])
+        return np.array([_beside_band(t, y, slepian) for t, y in known])
     ramp = np.polynomial.chebyshev.chebvander(np.linspace(-1, 1, len(even)), 1)
     even = even - ramp @ np.linalg.lstsq(ramp, even, rcond=None)[0]
     first, second = (_level(even, *tapers) for tapers in TAPERS)
     return np.sqrt(np.where(second < LEAKED**2 * first, second, first))
 
 
-def _beside_band(time: np.ndarray, y: np.ndarray) -> float:
+def _beside_band(time: np.ndarray, y: np.ndarray, slepian) -> float:
     """rms noise of one channel (n,) at uneven instants: what no band-limited motion takes up.
 
     Piece by piece, least squares on Slepian's sequences for as wide a band as leaves a share of
@@ -54,7 +54,7 @@ def _beside_band(time: np.ndarray, y: np.ndarray) -> float:
         count = int((1 - OVER) * len(t))
         points = max(FINE * int(np.ceil(t[-1] / step) + 1), 2 * count)
         product = max((count - 6) / 2, 1.0)
-        waves = sequences(points, min(product, points / 2 - 1), count).T
+        waves = slepian(points, min(product, points / 2 - 1), count).T
         basis = CubicSpline(np.linspace(0, t[-1], points), waves)(t)
         q, _ = np.linalg.qr(np.hstack([basis, np.ones((len(t), 1)), t[:, None]]))
         left += float(((v - q @ (q.T @ v)) ** 2).sum())
@@ -64,7 +64,7 @@ def _beside_band(time: np.ndarray, y: np.ndarray) -> float:
 
 def _level(even: np.ndarray, bandwidth: float, count: int) -> np.ndarray:
     """(C,) variance of the noise."""
-    windows = sequences(len(even), min(bandwidth, len(even) / 4), count)
+    windows = dpss(len(even), min(bandwidth, len(even) / 4), count)
     spectra = np.fft.rfft(windows[:, :, None] * even, axis=1)
     power = (np.abs(spectra) ** 2).mean(axis=0)[1:-1]
     channels = power.shape[1]

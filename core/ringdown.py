@@ -17,6 +17,7 @@ SUNK = 0.1  # energy over that of noise at which a ring-down has ended
 TAIL = 2  # periods that are kept after it has
 GLITCH = 6.0  # of the median speed squared about it: more is a tracker's jump, not motion
 LISTENED = 8  # periods that show what the free motion is like
+DRIVEN = 10.0  # of the energy: what never falls so far is driven
 BRIEF = 4  # periods, fewer than which are no ring-down where the record is longer
 MOST_MODES = 6  # that tell free motion from held
 ROUNDS = 3  # of looking for an earlier beginning with the poles that the last one showed
@@ -54,9 +55,10 @@ def find_release(time: np.ndarray, signals: np.ndarray) -> tuple[float, float]:
         )
     last = _end(energy, peak, period, max(SUNK, 3 * np.sqrt(3 / (period * even.shape[1]))))
     first = _begin(even, peak, last, period)
-    if last - first < BRIEF * period:  # something drives it on: there is no fall to find
-        peak, last = int(np.argmax(energy > energy[peak] / 4)), len(even) - 1
-        first = _begin(even, peak, last, period)
+    loud = int(np.argmax(energy > energy[peak] / 4))
+    if last - first < BRIEF * period and (energy[loud:] > energy[peak] / DRIVEN).all():
+        last = len(even) - 1  # something drives it on: there is no fall to find
+        first = _begin(even, loud, last, period)
     if last - first < FEWEST_FRAMES:
         first, last = max(0, min(first, len(even) - FEWEST_FRAMES)), len(even) - 1
     return float(time[0] + first * dt), float(min(time[0] + last * dt, time[-1]))

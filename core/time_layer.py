@@ -25,7 +25,7 @@ BEAM = 4
 PROMISE = 8.0  # least gain in chi2 that a score test must see before an effect is fitted
 FITTED = 1.1  # misfit per sample at which no other starting place is tried
 SETTLED = 0.95  # share of the excess from which what comes later gets one start only
-BEGUN = 7  # of the places on the body, those far apart in how they share in the modes
+BEGUN = 7  # places that a fit begins from: the marker and the six farthest apart on the body
 RUNNERS = 2  # starting places of an effect that are fitted
 HORIZONS = (0.4, 1.0)  # shares of the fitted part: from short to long, lest a phase slip traps
 
@@ -158,6 +158,7 @@ def race(
         if done and done[0].chi2 < FITTED * done[0].samples:
             break
         law, p = extend(start, (effect,), [begins[i]])
+        # with misfit beyond noise a weight in noise units would be too weak
         law = replace(law, trust=TRUST * max(np.sqrt(start.chi2 / start.samples), 1.0))
         marched = effect.force or effect.acceleration
         done.append(fit(law, p, horizons=HORIZONS if marched else (1.0,)))
@@ -207,7 +208,7 @@ def singles(
         names.add(effect.name)
         settled = any(c.share > SETTLED for c in best.values())
         found = race(start, effect, begins, promise, runners=1 if settled else RUNNERS)
-        if (effect.veto and effect.veto(found)) or _outdone(found, effect):
+        if refuted(found):
             continue
         candidate = judge((*before, effect.name), found, against or start)
         if effect.name not in best or candidate.evidence > best[effect.name].evidence:
@@ -215,8 +216,11 @@ def singles(
     return sorted(best.values(), key=lambda c: -c.evidence)
 
 
-def _outdone(found: TimeFit, effect: Effect) -> bool:
-    """Whether a plainer effect in its place does as well."""
+def refuted(found: TimeFit) -> bool:
+    """Whether the last effect is none by what was fitted, or a plainer one does as well."""
+    effect = found.law.effects[-1]
+    if effect.veto and effect.veto(found):
+        return True
     if effect.rival is None:
         return False
     plain = effect.rival(found)

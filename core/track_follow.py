@@ -11,7 +11,7 @@ from .track_points import picture_noise
 from .track_template import GRID, RADIUS, SIDE, Fit, Templates, inside_picture, refine
 
 LEVELS = 3  # of the pyramid
-HALVE = cv2.INTER_AREA
+HALVE = cv2.INTER_AREA  # keeps places true: a pixel becomes the mean of those it covers
 LEAST_MATCH = 0.15  # share of a window's contrast that must be explained, however noisy the clip
 MOST_NOISE = 0.8  # share of it that may be noise to begin with
 WORSE = 6.0  # times the usual unexplained share: something is in front of the point
@@ -72,7 +72,8 @@ def _lucas_kanade(first: Templates, opening, grey, last) -> np.ndarray:
     Half the size is enough for what is only a first guess, and costs a quarter.
     """
     half = [cv2.resize(one, None, fx=0.5, fy=0.5, interpolation=HALVE) for one in (opening, grey)]
-    places = [np.float32((p - 0.5) / 2).reshape(-1, 1, 2) for p in (first.centre, last)]
+    ratio = np.array(grey.shape[::-1]) / half[1].shape[::-1]  # two, but for odd sizes
+    places = [np.float32((p + 0.5) / ratio - 0.5).reshape(-1, 1, 2) for p in (first.centre, last)]
     found, seen, _ = cv2.calcOpticalFlowPyrLK(
         *half,
         *places,
@@ -80,7 +81,7 @@ def _lucas_kanade(first: Templates, opening, grey, last) -> np.ndarray:
         maxLevel=LEVELS - 1,
         flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
     )
-    found = 2 * found[:, 0].astype(float) + 0.5
+    found = (found[:, 0].astype(float) + 0.5) * ratio - 0.5
     inside = ((found > 0) & (found < grey.shape[::-1])).all(1)
     return np.where((seen[:, 0] == 1)[:, None] & inside[:, None], found, last)
 

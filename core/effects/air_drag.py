@@ -1,6 +1,7 @@
 """Force against the motion that grows with speed squared: air, water.
 
 Law         traction = c |v| v per unit of surface seen from the motion: c (n v) v where n v > 0
+            (half of |n v| on either side, which is the same for a body alike on both)
 Tells       the damping ratio falls with the amplitude while the pitch stays
 Looks like  dry_friction the other way round; an extra mode of the same shape
 Source      Blevins, Flow-Induced Vibration (1990), ch. 6

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 UNSURE = 0.1  # of the most that a place shares in a higher mode, that computed shapes are off
-FAINT = 3.0  # standard deviations that an effect's strength is away from nought
+FAINT = 3.0  # standard deviations that an effect's strength is away from nought at least
 SAME_SHAPE = 0.7  # share of a second motion along a mode's shape that makes it a mere companion
 
 

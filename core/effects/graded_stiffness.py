@@ -31,7 +31,7 @@ def _along(model, axis):
 
 
 def change_model(model, theta):
-    """theta = (ratio, axis x, y, z)."""
+    """theta = (ratio, axis x, y, z), by the linear law."""
     share = _along(model, np.asarray(theta[1:4], float))
     return _scaled(model, 1 + (theta[0] - 1) * share)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from .base import Effect, Parameter, too_faint
 
-STEEPEST = 0.2  # least 1 + q x^2/A^2
+STEEPEST = 0.2  # least 1 + q x^2/A^2: the law has a pole where that is nought
 
 
 def force(theta, setting, state):

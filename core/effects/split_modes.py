@@ -34,7 +34,7 @@ def _both(theta, setting, first: float) -> np.ndarray:
 
 def report(theta, setting, shape):
     """The distance of the two pitches over their mean."""
-    both = _both(theta, setting, setting.pitch)
+    both = _both(theta, setting, setting.pitch or setting.omega[0] / (2 * np.pi))
     return {"split": float(np.ptp(both) / both.mean())}
 
 
@@ -53,7 +53,7 @@ def middle(found) -> float:
 EFFECT = Effect(
     name="split_modes",
     layer="time",
-    parameters=(Parameter("split", "1", -0.15, 0.15, 0.0),),
+    parameters=(Parameter("split", "1", -0.15, 0.15, 0.01),),
     twins=("tracker_drift",),
     settle="pull it along each of its two axes of symmetry and release: each rings alone",
     low=(-0.17, 1e-4),

@@ -10,7 +10,10 @@ import numpy as np
 
 from .base import Effect, Parameter, too_faint
 
-BENDS = (-1.0, 2.0)  # of the fitted part over tau; what levels sooner follows the amplitude
+# of the fitted part over tau: what levels sooner follows the amplitude, what grows faster than
+# by e within the recording is no drift
+BENDS = (-1.0, 2.0)
+SOFTEST = -0.95  # least relative change that leaves a stiffness
 
 
 def acceleration(theta, setting, state):
@@ -18,6 +21,7 @@ def acceleration(theta, setting, state):
     s = state.t / setting.duration
     bend = np.where(np.abs(theta[:, 1]) < 1e-6, 1e-6, theta[:, 1])
     share = theta[:, 0] * -np.expm1(-bend * s) / bend
+    share = np.maximum(share, SOFTEST)
     return -share[:, None] * setting.omega**2 * state.u
 
 

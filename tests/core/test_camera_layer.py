@@ -5,7 +5,8 @@ import pytest
 
 from core.data import poles
 from core.effects.aliasing import is_folded, unfolded
-from core.match import is_driven, true_pitches
+from core.harmonic_inversion import invert
+from core.match import is_driven, pursue, true_pitches
 from core.pipeline import calibrate_case
 from tests.truth import make
 
@@ -33,6 +34,16 @@ def test_a_tone_that_stays_while_all_else_dies_is_driven():
     assert is_driven(tone, 3.0, np.r_[dying, tone]).all()
     assert not is_driven(dying, 3.0, np.r_[dying, tone]).any()
     assert not is_driven(tone, 3.0, tone).any()  # a fork that rings on and on
+
+
+def test_a_fork_that_rings_on_beside_something_faint_that_dies_stays_a_mode():
+    time = np.arange(360) / 120.0
+    pole = poles(np.array([5.0, 11.0]), np.array([2e-4, 0.03]))
+    amplitude = np.array([[10.0, 8.0], [0.2, -0.2]], complex)
+    noise = 0.01 * np.random.default_rng(0).standard_normal((360, 2))
+    values = (np.exp(np.outer(time, pole)) @ amplitude).real + noise
+    order, _, _ = pursue(invert(time, values), time, values, np.full(2, 0.01))
+    assert order[0] == 0
 
 
 def planted(kind, seed, folder):

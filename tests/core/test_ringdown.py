@@ -162,3 +162,12 @@ def phases(time, found):
     w = 2 * np.pi * found.frequency[0]
     swing = np.exp((-z + 1j * np.sqrt(1 - z**2)) * w * (time - time[0]))
     return swing.real, swing.imag
+
+
+def test_a_driven_record_is_taken_whole():
+    t = np.arange(4 * FPS) / FPS
+    driven = 0.5 * np.sin(2 * np.pi * 5.0 * t + 0.4)
+    noise = 0.01 * np.random.default_rng(1).standard_normal((len(t), 3))
+    y = np.outer(let_go(t, 0.0, 0.5), [1.0, 0.6, 0.3]) + np.outer(driven, [1.0, 0.5, 0.4])
+    first, last = find_release(t, y + noise)
+    assert first < 0.3 and last > 3.5
