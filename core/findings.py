@@ -114,7 +114,10 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     doubt = DOUBT**2 if verdict.effects else DOUBT  # a second cause needs to be clearer
     if chi2_law.sf((base.pitch_pull**2).sum(), ratios) > doubt:
         return plain  # shapes alone, bent by whatever acts in time, name nothing
-    ranked = suspects(ground, heard.body.case.declared)
+    known = heard.body.case.declared
+    if heard.body.case.takes[0].loads:  # how these sit would be taken for another mass
+        known = (*known, "added_mass")
+    ranked = suspects(ground, known)
     over = base.chi2 - pieces
     good = [
         s
