@@ -36,6 +36,7 @@ OUTWEIGHS = 3.0  # body's misfit over that in time, above which the latter decid
 BENT = 0.95  # MAC below which a computed shape is not the measured one
 SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
+SHOWN = 1.5  # times the error of free modes, from which the body's pitches and shapes show
 MENDED = 0.8  # of the declared body's error, held out or fitted, that is left at most
 SETTLED = 0.05  # of the sag: error of geometry, density and a creep that nothing shows
 CREPT = 0.15  # the same where a creep may be at work
@@ -127,8 +128,9 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         and not _may_be_nothing(s)
     ]
     before = _row(None, heard, verdict, ground, base)
+    row = _row(good[0].effect.name, heard, verdict, ground, good[0].hypothesis) if good else None
     misfit = (float((base.pitch_pull**2).sum()), float(base.shape_chi2.sum()))
-    if not good:
+    if not good or not _mends(row, before, errors(verdict.chain[0][1])):
         if base.chi2 < CLEAR * pieces:
             line = "Pitches or shapes differ a little from the body's; no known effect mends them."
             return replace(plain, warnings=[*plain.warnings, line])
@@ -136,10 +138,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     best = good[0]
     body_error, time_error = before[2], errors(verdict.chain[0][1])[1]
     outweighed = body_error > OUTWEIGHS * time_error
-    row = _row(best.effect.name, heard, verdict, ground, best.hypothesis)
-    mended = min(row[1] / max(before[1], 1e-12), row[2] / max(before[2], 1e-12)) < MENDED
-    able = verdict.verdict != "unexplained" or outweighed
-    found = "explained" if able and mended else "unexplained"
+    found = "explained" if verdict.verdict != "unexplained" or outweighed else "unexplained"
     return replace(
         plain,
         verdict=found,
@@ -269,6 +268,15 @@ def _bound(declared: TimeFit, frequency, shapes, data) -> np.ndarray:
     right = np.einsum("tk,tc,kc->k", centred, y, both)
     a = np.linalg.lstsq(gram, right, rcond=None)[0]
     return ((waves - mean) * a) @ (both * data.sigma) + data.values[use].mean(axis=0)
+
+
+def _mends(row: tuple, before: tuple, free: tuple[float, float]) -> bool:
+    """Whether what the declared body misses more than free modes do is less with the effect.
+
+    Each (name, held-out, fit) but `free` (held-out, fit). What does not show there is no test.
+    """
+    shown = [(row[k], before[k]) for k in (1, 2) if before[k] > SHOWN * free[k - 1]]
+    return not shown or any(after < MENDED * was for after, was in shown)
 
 
 def _may_be_nothing(suspect: Suspect) -> bool:
