@@ -9,7 +9,7 @@ from .data import RingDown, poles
 from .effects.further_mode import STRAY, further_mode
 from .harmonic_inversion import invert
 from .law import TimeFit
-from .match import HARMONIC, Match, has_twin, mac
+from .match import HARMONIC, SPLIT, Match, has_twin, mac
 from .residual import QUIET
 from .timefit import extend, fit
 
@@ -20,7 +20,6 @@ LOWEST = 0.9  # of the body's lowest pitch
 ALIKE = (0.3, 3.0)  # damping ratio over that of the known modes
 BODILY = 0.8  # share of its shape within those of the body's low modes
 SPAN = 12  # of them
-SPLIT = 0.15  # of the first pitch, within which a second one is `split_modes`' business
 QUIETLY = 1.3  # misfit per held-out sample up to which a ring-down tells all of a take
 EVIDENCE = 20.0  # gain in BIC of each
 ROUNDS = 2

@@ -107,7 +107,7 @@ class TimeFit:
         return [out.get(i, none) for i in range(len(law.effects))]
 
     @property
-    def sizes(self) -> list[float]:
+    def swings(self) -> list[float]:
         """(K,) m, the most that each mode moves its reference in the first fitted take."""
         there = np.abs(np.einsum("kc,kc->k", self.law.gauge(0), self.shapes))
         return [float(s * np.abs(u).max()) for s, u in zip(there, self.motions[0].T, strict=True)]

@@ -10,6 +10,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from . import __version__
+from .aliases import FOLDED
 from .body import bare_model
 from .camera_layer import true_frequency, unfold
 from .case import read_case
@@ -31,7 +32,6 @@ from .tets import kept_or_cut, key, save_tets
 
 ELEMENTS = 1500  # tetrahedra, where none are asked for
 ELEMENT = "p2"
-COARSE = 0.2  # of the frame rate: a pitch above it may be a folded one
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +140,7 @@ def _stiffening(case: Case, mesh: TetMesh, heard: Heard) -> tuple[np.ndarray, np
 def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dict:
     final = verdict.final
     stiff, sigma, element = solved
-    k = int(np.argmax(final.sizes))
+    k = int(np.argmax(final.swings))
     j = heard.match.modes[k] if heard.match.modes[k] is not None else 0
     true = true_frequency(heard, final)
     spread = final.frequency[k] * np.sqrt(final.covariance[k, k] * inflation(final))
@@ -189,7 +189,7 @@ def _heard_warnings(case: Case, heard: Heard) -> list[str]:
     out += [w for ring in heard.rings for w in ring.warnings]
     for data in heard.takes:
         rate, f = 1 / data.frame, float(heard.free.frequency[0])
-        if f * data.frame > COARSE:
+        if f * data.frame > FOLDED:
             out.append(
                 f"{data.take.name}: {f:.4g} Hz is seen with {rate:.4g} frames/s: a true pitch of "
                 f"{rate - f:.4g} or {rate + f:.4g} Hz would look the same. Film faster to be sure."

@@ -3,10 +3,10 @@
 import numpy as np
 
 from .data import RingDown
+from .match import DEAD
 
 WEAK = 0.3  # of the strongest mode: what is weaker must show that it is a mode
 DECAYS = 3.0  # standard deviations by which its damping ratio must lie above zero
-DEAD = 0.5  # damping ratio beyond which it hardly swings
 OVERTONES = (2, 3, 4, 5)
 NEAR = 0.002  # relative, of an overtone's pitch
 

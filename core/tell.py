@@ -36,7 +36,7 @@ def told_modes(heard: Heard, found: TimeFit, modulus: float, true: np.ndarray) -
     sigma = np.sqrt(np.maximum(np.diag(found.covariance), 0) * inflation(found))
     body, data = heard.body, found.law.takes[found.law.fitted[0]]
     seen = body.seen(data)
-    size = found.sizes
+    size = found.swings
     out = []
     for k in np.argsort([-s for s in size]):
         f, fold = true[k], found.frequency[k] / true[k]

@@ -9,7 +9,7 @@ from .data import RingDown, poles, seal
 from .deflection import deflection_covariance
 from .errors import RecordingError
 from .harmonic_inversion import fit_poles, invert
-from .match import select
+from .match import DEAD, select
 from .ringdown import find_release
 from .shutter import at_once, rows_of
 from .sift import sift
@@ -24,7 +24,6 @@ CLEAR = 0.1  # of the clearest channel: what is seen less clearly only adds nois
 MOST_MODES = 8
 PERIODS = 2.0  # of the strongest mode that a clip must hold
 RINGING = 1e-5  # damping ratio below which nothing real swings
-DEAD = 0.5  # damping ratio beyond which it hardly does
 AUDIBLE = 20e3  # Hz: no camera sees a body swing faster
 
 

@@ -11,8 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from .base import Effect, Parameter, companion, ring
-
-LEAST = 0.004  # of the pitch: a mesh splits a symmetric body's pair as much
+from .partner import SPREAD
 
 
 def columns(theta, setting, time, u):
@@ -24,7 +23,7 @@ def columns(theta, setting, time, u):
 def veto(found):
     """A companion of the same shape is no second direction: it mimics what follows amplitude."""
     split = report(found.theta[-1][0], replace(found.law.setting, pitch=found.frequency[0]), None)
-    return "both have one pitch" if split["split"] < LEAST else companion(found, 0)
+    return "both have one pitch" if split["split"] < SPREAD else companion(found, 0)
 
 
 def _both(theta, setting, first: float) -> np.ndarray:

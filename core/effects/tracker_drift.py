@@ -11,9 +11,7 @@ import numpy as np
 
 from .base import Effect, Parameter
 
-PARAMETERS = (Parameter("markers", "names", 0, 0),)
 ALONE = 10.0  # times the usual marker's misfit, from which one may be set aside
-SETTLE = "track again with a larger pattern, or put a better mark there"
 
 
 def _bends(time, span, count):
@@ -22,33 +20,37 @@ def _bends(time, span, count):
     return np.stack([np.clip(place - k, 0, 1) for k in range(count)], axis=-1)
 
 
-def wander(marker: int, name: str) -> Effect:
-    """Slow wandering of one marker, by slopes over five equal parts of the record."""
+def _of_marker(name: str, twins: tuple[str, ...], **hooks) -> Effect:
+    """The effect in the marker called `name`."""
     return Effect(
         name="tracker_drift",
         layer="camera",
-        parameters=PARAMETERS,
-        twins=("split_modes",),
-        settle=SETTLE,
+        parameters=(Parameter("markers", "names", 0, 0),),
+        twins=twins,
+        settle="track again with a larger pattern, or put a better mark there",
         starts=lambda setting, residual: [()],
+        report=lambda theta, setting, shape: {"markers": [name]},
+        **hooks,
+    )
+
+
+def wander(marker: int, name: str) -> Effect:
+    """Slow wandering of one marker, by slopes over five equal parts of the record."""
+    return _of_marker(
+        name,
+        ("split_modes",),
         columns=lambda theta, setting, time, u: _bends(time, setting.duration, 5),
         channels=lambda setting, take: take.marker == marker,
-        report=lambda theta, setting, shape: {"markers": [name]},
     )
 
 
 def jump(marker: int, when: float, name: str) -> Effect:
     """A step of one marker at the instant `when` (s)."""
-    return Effect(
-        name="tracker_drift",
-        layer="camera",
-        parameters=PARAMETERS,
-        twins=("split_modes", "lost_frames"),
-        settle=SETTLE,
-        starts=lambda setting, residual: [()],
+    return _of_marker(
+        name,
+        ("split_modes", "lost_frames"),
         columns=lambda theta, setting, time, u: (time >= when)[:, :, None].astype(float),
         channels=lambda setting, take: take.marker == marker,
-        report=lambda theta, setting, shape: {"markers": [name]},
     )
 
 
@@ -58,16 +60,11 @@ def stray(marker: int, name: str, takes: tuple, residuals: tuple) -> Effect:
         np.where(data.marker == marker, np.nan_to_num(left), 0.0)
         for data, left in zip(takes, residuals, strict=True)
     ]
-    return Effect(
-        name="tracker_drift",
-        layer="camera",
-        parameters=PARAMETERS,
-        twins=("split_modes",),
-        settle=SETTLE,
-        starts=lambda setting, residual: [()],
+    return _of_marker(
+        name,
+        ("split_modes",),
         given=lambda take: own[take],
         free=int(sum(d.fit.sum() * (d.marker == marker).sum() for d in takes)),
-        report=lambda theta, setting, shape: {"markers": [name]},
     )
 
 

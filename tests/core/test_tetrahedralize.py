@@ -28,7 +28,7 @@ def ball():
 def test_a_bar_gets_the_tetrahedra_asked_for_within_a_quarter(elements):
     bar = box((0.1, 0.03, 0.03))
     mesh, report = tetrahedralize(bar, elements)
-    if report.warnings:  # pytetwild scatters: once in a hundred runs all trials miss, and say so
+    if report.warnings:  # pytetwild scatters: now and then all trials miss, and say so
         mesh, report = tetrahedralize(bar, elements)
     assert elements / 1.25 <= len(mesh.tets) <= 1.25 * elements
     assert report.tets == len(mesh.tets)
