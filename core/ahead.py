@@ -36,7 +36,7 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int, basis_o
     def guess(starts, strength):
         P = np.tile(lead, (len(starts), 1))
         P[:, 2 * K : 4 * K] = starts
-        basis, _ = basis_of(one, unpack(one, P, 0), 0)
+        basis = basis_of(one, unpack(one, P, 0), 0)[0]
         scaled = known.copy()
         scaled[:, law.own + 1 + traces :] *= strength  # a force's trace follows its own motion
         return np.swapaxes((basis @ scaled[None, :, :, None])[..., 0], 1, 2)

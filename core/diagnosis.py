@@ -14,6 +14,7 @@ import numpy as np
 from .baseline import real_shapes
 from .damping import find_damping
 from .data import poles
+from .effects.base import FINE
 from .effects.sudden_change import FOIL
 from .harmonic_inversion import invert
 from .law import TimeFit
@@ -31,7 +32,7 @@ from .time_layer import (
     refuted,
     singles,
 )
-from .timefit import screen, without
+from .timefit import fit, screen, without
 
 ENOUGH = 0.80  # share of the excess that one effect must take to be the explanation
 ENOUGH_HELD = 0.70  # the same on held-out samples
@@ -77,9 +78,9 @@ def diagnose(declared: TimeFit, free: TimeFit, widen: Callable = lambda found: f
         return Verdict("refused", ((None, declared),), (), (), (), (), why)
     lacking = find_damping(declared, free)
     if lacking is None:
-        return _diagnose(declared, widen)
+        return _sharpened(_diagnose(declared, widen))
     damping, twins = lacking
-    then = _diagnose(damping.found, widen)
+    then = _sharpened(_diagnose(damping.found, widen))
     first = ((None, declared), (damping.names[0], damping.found))
     return replace(
         then,
@@ -88,6 +89,23 @@ def diagnose(declared: TimeFit, free: TimeFit, widen: Callable = lambda found: f
         effects=(damping, *then.effects),
         twins=(twins, *then.twins),
         ranked=(damping, *then.ranked),
+    )
+
+
+def _sharpened(verdict: Verdict) -> Verdict:
+    """The same, with what was found in coarse steps fitted in fine ones."""
+    fine = {}
+    for _, found in verdict.chain:
+        setting = found.law.setting
+        if setting.steps < FINE:
+            law = replace(found.law, setting=replace(setting, steps=FINE))
+            fine[id(found)] = fit(law, found.parameters, evaluations=20)
+        else:
+            fine[id(found)] = found
+    return replace(
+        verdict,
+        chain=tuple((name, fine[id(found)]) for name, found in verdict.chain),
+        effects=tuple(replace(c, found=fine.get(id(c.found), c.found)) for c in verdict.effects),
     )
 
 

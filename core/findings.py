@@ -38,6 +38,7 @@ SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
 SHOWN = 1.5  # times the error of free modes, from which the body's pitches and shapes show
 MENDED = 0.8  # of the declared body's error, held out or fitted, that is left at most
+LEFT = 0.5  # of that error, rms, beyond which something else is there as well
 SETTLED = 0.05  # of the sag: error of geometry, density and a creep that nothing shows
 CREPT = 0.15  # the same where a creep may be at work
 TILTED = 1.4  # of the sag over the length: how far a cantilever's end turns
@@ -139,6 +140,8 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     body_error, time_error = before[2], errors(verdict.chain[0][1])[1]
     outweighed = body_error > OUTWEIGHS * time_error
     found = "explained" if verdict.verdict != "unexplained" or outweighed else "unexplained"
+    if _leaves(row, before, errors(verdict.chain[0][1])) > LEFT:
+        found = "unexplained"
     return replace(
         plain,
         verdict=found,
@@ -277,6 +280,18 @@ def _mends(row: tuple, before: tuple, free: tuple[float, float]) -> bool:
     """
     shown = [(row[k], before[k]) for k in (1, 2) if before[k] > SHOWN * free[k - 1]]
     return not shown or any(after < MENDED * was for after, was in shown)
+
+
+def _leaves(row: tuple, before: tuple, free: tuple[float, float]) -> float:
+    """Share that is left of the error, rms, that the declared body shows beyond free modes: held
+    out or fitted, the larger one.
+    """
+    over = [
+        max(row[k] ** 2 - free[k - 1] ** 2, 0) / (before[k] ** 2 - free[k - 1] ** 2)
+        for k in (1, 2)
+        if before[k] > SHOWN * free[k - 1]
+    ]
+    return float(np.sqrt(max(over, default=0.0)))
 
 
 def _may_be_nothing(suspect: Suspect) -> bool:

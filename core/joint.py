@@ -28,7 +28,7 @@ from .match import (
 )
 from .residual import QUIET
 from .shutter import at_once
-from .timefit import extend, fit
+from .timefit import best_fit, extend, fit
 
 WEAK = 0.6  # likeness in shape less twice the difference in pitch that makes a weak mode known
 STRAY = 0.15  # of its pitch that a mode may move when all are fitted together
@@ -221,11 +221,8 @@ def _with_partners(found: TimeFit, gaps: dict[int, float]) -> TimeFit:
         )
         found = replace(found, law=replace(found.law, setting=setting))
         effect = partner(k, gap)
-        tries = []
-        for start in effect.starts(setting, None):
-            law, p = extend(found, (effect,), [start])
-            tries.append(fit(law, p, evaluations=20))
-        wider = min(tries, key=lambda t: t.chi2)
+        tries = [extend(found, (effect,), [start]) for start in effect.starts(setting, None)]
+        wider = best_fit(tries[0][0], np.array([p for _, p in tries]), evaluations=20)
         price = (wider.unknowns - found.unknowns) * np.log(wider.samples) + PAIR_EVIDENCE
         gain = found.chi2 - wider.chi2
         if gain > max(price, PAIR_SHARE * (found.chi2 - found.samples)) and not effect.veto(wider):

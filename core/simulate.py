@@ -2,10 +2,12 @@
 
 import numpy as np
 
-from .effects.base import Setting, State
+from .effects.base import FINE, Setting, State
 
 RUNAWAY = 30.0  # first amplitudes; a motion that has run away stays finite
-STEPS_PER_PERIOD = 32  # of the first mode; only added forces see the step, and as its square
+OFTEN = 8  # steps between two looks at whether it runs away
+COARSE = 16  # steps per period of the first mode, while it is only sought which force is there
+HIGHEST = 3  # steps per period of the highest mode: at two, the kicks would be in step with it
 
 
 def free_swing(omega, zeta, start, time):
@@ -18,34 +20,37 @@ def swing(omega, zeta, start, time, forces: list, setting: Setting):
 
     Strang splitting: half a kick, the exact linear flow, half a kick, the two halves between
     steps taken as one with the speed extrapolated to their middle; a step cut short by the same
-    rule leads to the instants `time` (B, T). With no force it is `free_swing`.
+    rule leads to the instants `time` (B, T). With no force it is `free_swing`. High modes may
+    need more steps than `setting` says; they get FINE at most.
     """
     if not forces:
         return *free_swing(omega, zeta, start, time), np.zeros((*time.shape, 0))
-    step = 2 * np.pi / (STEPS_PER_PERIOD * setting.omega[0])
+    steps = max(setting.steps, min(HIGHEST * setting.omega.max() / setting.omega[0], FINE))
+    step = 2 * np.pi / (steps * setting.omega[0])
     count = int(np.ceil(time.max() / step)) + 1
     by_place, by_speed = _flow(omega, zeta, step)
-    state = np.swapaxes(start, 0, 1).copy()  # (2, B, K) u, u': as one array, for speed
-    push = _Push(forces, setting, state[0])
+    push = _Push(forces, setting, start[:, 0])
     limit = RUNAWAY * setting.amplitude * np.array([1.0, setting.omega.max()])[:, None, None]
     most = limit[1, 0, 0] / step
-    path = np.empty((count + 1, 3, *omega.shape))
-    kick = push.kick(state, 0.0, 0.0)
-    half = step / 2 * kick
-    path[0, :2], path[0, 2] = state, kick
+    path = np.empty((count + 1, 3, *omega.shape))  # u, u', kick; few calls a step, for speed
+    path[0, :2] = np.swapaxes(start, 0, 1)
+    path[0, 2] = push.kick(path[0, :2], 0.0, 0.0)
+    half = step / 2 * path[0, 2]
     for i in range(count):
-        state[1] += half
-        state = by_place * state[0] + by_speed * state[1]
-        np.maximum(state, -limit, out=state)
-        np.minimum(state, limit, out=state)
+        u, v, _ = path[i]
+        state = path[i + 1, :2]
+        np.multiply(by_place, u, out=state)
+        state += by_speed * (v + half)
+        if i % OFTEN == 0:
+            np.maximum(state, -limit, out=state)
+            np.minimum(state, limit, out=state)
         ahead = state.copy()
         ahead[1] += half
-        kick = push.kick(ahead, (i + 1) * step, step)
-        np.maximum(kick, -most, out=kick)
+        kick = path[i + 1, 2]
+        np.maximum(push.kick(ahead, (i + 1) * step, step), -most, out=kick)
         np.minimum(kick, most, out=kick)
         half = step / 2 * kick
         state[1] += half
-        path[i + 1, :2], path[i + 1, 2] = state, kick
     place = np.minimum((time / step).astype(int), count)
     batch = np.arange(len(time))[:, None]
     rest = (time - place * step)[:, :, None]

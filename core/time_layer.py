@@ -16,14 +16,14 @@ from .effects import TIME_EFFECTS, base_motion, lost_frames, tracker_drift
 from .effects.base import Effect
 from .law import TRUST, TimeFit
 from .residual import misfit, motion_rms, nrmse
-from .timefit import extend, fit, screen
+from .simulate import COARSE
+from .timefit import best_fit, extend, fit, instead, screen
 
 EVIDENCE = 20.0  # least gain in BIC (Kass and Raftery 1995 call 10 very strong)
 MATERIAL = 0.005  # least share of the motion's RMS
 NEARLY = 0.80  # of the best one's gain makes a twin
 BEAM = 4
 PROMISE = 8.0  # least gain in chi2 that a score test must see before an effect is fitted
-FITTED = 1.1  # misfit per sample at which no other starting place is tried
 SETTLED = 0.95  # share of the excess from which what comes later gets one start only
 BEGUN = 7  # places that a fit begins from: the marker and the six farthest apart on the body
 RUNNERS = 2  # starting places of an effect that are fitted
@@ -118,18 +118,17 @@ def _jumps(start: TimeFit, data) -> list[Effect]:
         for shift in (-2, -1, 1, 2):
             moved = [*jumps]
             moved[at] = (jumps[at][0] + shift * data.frame, jumps[at][1])
-            trial = _with_jumps(start, tuple(moved), data, evaluations=2)
-            if trial.chi2 < found.chi2:
-                jumps, found = tuple(moved), trial
+            if instead(found, lost_frames.lost(tuple(moved), data.frame)) < found.chi2:
+                jumps, found = tuple(moved), _with_jumps(start, tuple(moved), data)
                 break
     if not jumps or not _sight(found, data).are_whole(jumps):
         return []
     return [lost_frames.lost(jumps, data.frame)]
 
 
-def _with_jumps(start: TimeFit, jumps, data, evaluations: int = 6) -> TimeFit:
+def _with_jumps(start: TimeFit, jumps, data) -> TimeFit:
     law, p = extend(start, (lost_frames.lost(jumps, data.frame),), [()])
-    return fit(law, p, evaluations=evaluations)
+    return fit(law, p, evaluations=6)
 
 
 def _sight(found: TimeFit, data) -> lost_frames.Sight:
@@ -153,16 +152,12 @@ def race(
     start: TimeFit, effect: Effect, begins: list, promise: np.ndarray, *, runners: int = RUNNERS
 ) -> TimeFit:
     """The best fit of `start` with `effect`, from the most promising of its starting places."""
-    done = []
-    for i in _unlike(effect, begins, promise)[:runners]:
-        if done and done[0].chi2 < FITTED * done[0].samples:
-            break
-        law, p = extend(start, (effect,), [begins[i]])
-        # with misfit beyond noise a weight in noise units would be too weak
-        law = replace(law, trust=TRUST * max(np.sqrt(start.chi2 / start.samples), 1.0))
-        marched = effect.force or effect.acceleration
-        done.append(fit(law, p, horizons=HORIZONS if marched else (1.0,)))
-    return min(done, key=lambda t: t.chi2)
+    tries = [extend(start, (effect,), [begins[i]]) for i in _unlike(effect, begins, promise)]
+    # with misfit beyond noise a weight in noise units would be too weak
+    trust = TRUST * max(np.sqrt(start.chi2 / start.samples), 1.0)
+    law = replace(tries[0][0], trust=trust, setting=replace(start.law.setting, steps=COARSE))
+    marched = effect.force or effect.acceleration
+    return best_fit(law, np.array([p for _, p in tries[:runners]]), HORIZONS if marched else (1.0,))
 
 
 def _unlike(effect: Effect, begins: list, promise: np.ndarray) -> list[int]:

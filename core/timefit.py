@@ -7,6 +7,7 @@ Source      Golub and Pereyra, Inverse Problems 19 (2003) R1 (variable projectio
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -43,10 +44,13 @@ def _motion(law: Law, unpacked, data: Channels):
 
 
 def _basis(law: Law, unpacked, take: int):
-    """Basis (B, 1 or C, T, nb) of the fitted take number `take`, and who may not use it."""
+    """Basis (B, 1 or C, T, nb) of the fitted take number `take`, who may not use it (C, nb), and u
+    (B, T, K).
+    """
     data = law.takes[law.fitted[take]]
     u, v, columns, delay = _motion(law, unpacked, data)
     omega, zeta = unpacked[:2]
+    motion = u
     u, v = (u[:, None], v[:, None]) if delay is None else later(omega, zeta, (u, v), delay)
     B, D, T, K = u.shape
     widths = [c.shape[2] for _, c in columns]
@@ -69,7 +73,7 @@ def _basis(law: Law, unpacked, take: int):
         if effect.channels:
             barred[~effect.channels(law.setting, data), at : at + width] = True
         at += width
-    return basis, barred
+    return basis, barred, motion
 
 
 def _given(law: Law, take: int):
@@ -79,42 +83,96 @@ def _given(law: Law, take: int):
     return values - sum(known)
 
 
-def _solve(law: Law, P: np.ndarray):
-    """Linear part: coefficients (B, C, nb), bases and uses per take, for parameters P (B, p)."""
-    gram = right = barred = 0
-    bases, uses = [], []
-    for take, index in enumerate(law.fitted):
-        data = law.takes[index]
-        basis, bar = _basis(law, unpack(law, P, take), take)
-        values = _given(law, take)
-        use = data.known & data.fit[:, None]
-        y = np.where(use, values, 0.0) / data.sigma**2
-        whole, some = use.all(axis=1), use.any(axis=1)
-        if basis.shape[1] > 1:
-            whole = np.zeros_like(whole)
-        b = basis[:, 0, whole]
-        gram = gram + (np.swapaxes(b, 1, 2) @ b)[:, None] / data.sigma[:, None, None] ** 2
-        right = right + np.swapaxes(np.swapaxes(b, 1, 2) @ y[whole], 1, 2)
-        patchy = some & ~whole  # rows with a missing sample, or channels with their own delay
-        if patchy.any():
-            weight = use[patchy].T[None, :, :, None] / data.sigma[:, None, None] ** 2
-            b = basis[:, :, patchy]
-            gram = gram + np.swapaxes(b, 2, 3) @ (b * weight)
-            right = right + np.einsum("bcti,tc->bci", b * np.ones_like(weight), y[patchy])
-        barred = barred + bar
-        bases.append(basis)
-        uses.append(use)
+class _Solved(NamedTuple):
+    """The linear part for a batch of parameters; bases, uses and motions: one a fitted take."""
+
+    coefficients: np.ndarray  # (B, C, nb)
+    bases: tuple  # (B, 1 or C, T, nb)
+    uses: list  # (T, C) bool
+    motions: tuple  # (B, T, K)
+    barred: np.ndarray  # (C, nb) bool
+
+
+def _solve(law: Law, P: np.ndarray) -> _Solved:
+    """The linear part for parameters P (B, p). Takes share coefficients within a condition."""
+    bases, barred, motions = zip(
+        *(_basis(law, unpack(law, P, take), take) for take in range(len(law.fitted))), strict=True
+    )
+    data = [law.takes[index] for index in law.fitted]
+    uses = [one.known & one.fit[:, None] for one in data]
+    barred = sum(barred) > 0
+    coefficients = np.zeros((len(P), *barred.shape))
+    for condition in range(law.conditions):
+        group = [n for n, i in enumerate(law.fitted) if law.condition[i] == condition]
+        columns = _columns(law, condition, group, barred.shape[1])
+        gram = right = 0
+        for n in group:
+            values = np.where(uses[n], _given(law, n), 0.0)
+            basis = bases[n] if law.conditions == 1 else np.take(bases[n], columns, axis=3)
+            own = _normal(basis, values, uses[n])
+            weight = data[n].sigma ** -2.0 if len(group) > 1 else np.ones(1)
+            gram = gram + own[0] * weight[:, None, None]
+            right = right + own[1] * weight[:, None]
+        if group:
+            coefficients[:, :, columns] = _coefficients(gram, right, barred[:, columns])
+    return _Solved(coefficients, bases, uses, motions, barred)
+
+
+def _columns(law: Law, condition: int, group: list[int], count: int) -> np.ndarray:
+    """Indices of the basis' columns that a condition's takes share, or have for themselves."""
+    head = law.own * law.conditions
+    each = (count - head) // len(law.fitted)
+    own = [np.arange(head + each * n, head + each * (n + 1)) for n in group]
+    return np.concatenate([np.arange(law.own * condition, law.own * (condition + 1)), *own])
+
+
+def _normal(basis: np.ndarray, values: np.ndarray, use: np.ndarray):
+    """Normal equations (B, 1 or C, n, n), (B, C, n); one for all channels where none lacks any.
+
+    basis (B, 1 or C, T, n), values and use (T, C).
+    """
+    whole, some = use.all(axis=1), use.any(axis=1)
+    if basis.shape[1] > 1:
+        whole = np.zeros_like(whole)
+    rows = slice(None) if whole.all() else whole  # no copy of what is large
+    b = basis[:, 0, rows]
+    gram = (np.swapaxes(b, 1, 2) @ b)[:, None]
+    right = np.swapaxes(np.swapaxes(b, 1, 2) @ values[rows], 1, 2)
+    patchy = some & ~whole  # rows with a missing sample, or channels with their own delay
+    if patchy.any():
+        b = basis[:, :, patchy] * use[patchy].T[None, :, :, None]
+        gram = gram + np.swapaxes(b, 2, 3) @ b
+        right = right + np.einsum("bcti,tc->bci", b, values[patchy])
+    return gram, right
+
+
+def _coefficients(gram: np.ndarray, right: np.ndarray, barred: np.ndarray) -> np.ndarray:
+    """(B, C, n) from the normal equations, nought where `barred` (C, n)."""
     scale = np.sqrt(np.einsum("bcii->bci", gram))
     scale = np.where(scale > 0, scale, 1.0)
     gram = gram / (scale[:, :, :, None] * scale[:, :, None])
-    gram = gram + (np.where(barred > 0, 1e12, 1e-11)[:, :, None] * np.eye(gram.shape[-1]))
-    coefficients = np.linalg.solve(gram, (right / scale)[..., None])[..., 0] / scale
-    return coefficients, bases, uses
+    right = right / scale
+    out = np.empty_like(right)
+    kinds, of = np.unique(barred, axis=0, return_inverse=True)
+    for k, kind in enumerate(kinds):
+        alike = of.ravel() == k
+        own = gram if gram.shape[1] == 1 else gram[:, alike]
+        own = own + np.diag(np.where(kind, 1e12, 1e-11))
+        y = right[:, alike]
+        if own.shape[1] == 1:
+            out[:, alike] = np.swapaxes(np.linalg.solve(own[:, 0], np.swapaxes(y, 1, 2)), 1, 2)
+        else:
+            out[:, alike] = np.linalg.solve(own, y[..., None])[..., 0]
+    return out / scale
 
 
 def _residuals(law: Law, P: np.ndarray) -> np.ndarray:
     """(B, R) noise units, with the rows that keep the reference at one."""
-    coefficients, bases, uses = _solve(law, P)
+    return _left(law, _solve(law, P))
+
+
+def _left(law: Law, solved: _Solved) -> np.ndarray:
+    coefficients, bases, uses = solved[:3]
     out = []
     for take, index in enumerate(law.fitted):
         data = law.takes[index]
@@ -123,7 +181,8 @@ def _residuals(law: Law, P: np.ndarray) -> np.ndarray:
         else:
             predicted = np.einsum("bcti,bci->btc", bases[take], coefficients)
         left = (_given(law, take) - predicted) / data.sigma
-        out.append(left[:, uses[take]])
+        every = uses[take].all()
+        out.append(left.reshape(len(left), -1) if every else left[:, uses[take]])
     K = law.modes
     for c in range(law.conditions):
         own = coefficients[:, :, c * law.own : (c + 1) * law.own]
@@ -132,7 +191,10 @@ def _residuals(law: Law, P: np.ndarray) -> np.ndarray:
         if law.turning:
             across = law.gauge(c)[list(law.turning)]
             out.append(PIN * np.einsum("kc,bck->bk", across, own[:, :, K:]))
-    return np.nan_to_num(np.clip(np.concatenate(out, axis=1), -WILD, WILD), nan=WILD)
+    r = np.concatenate(out, axis=1)
+    if not (r.min() > -WILD and r.max() < WILD):  # NaN too
+        r = np.nan_to_num(np.clip(r, -WILD, WILD), nan=WILD)
+    return r
 
 
 def _cut(law: Law, horizon: float) -> Law:
@@ -173,12 +235,18 @@ def _steps(law: Law) -> np.ndarray:
 
 def fit(law: Law, start: np.ndarray, horizons=(1.0,), evaluations: int = 10) -> TimeFit:
     """Least squares from `start` (p,), over growing shares of the fitted part."""
+    return best_fit(law, start[None], horizons, evaluations)
+
+
+def best_fit(law: Law, starts: np.ndarray, horizons=(1.0,), evaluations: int = 10) -> TimeFit:
+    """The best that `fit` finds from any of `starts` (S, p), all searched at once."""
     low, high = _bounds(law)
-    p = start
     for horizon in horizons:
         short = _cut(law, horizon)
-        p = np.clip(_gauged(short, p), low + 1e-12, high - 1e-12)
-        p, jacobian = _descend(short, p, (low, high), evaluations)
+        starts = [np.clip(_gauged(short, p), low + 1e-12, high - 1e-12) for p in starts]
+        walks = _descend(short, starts, (low, high), evaluations)
+        starts = [p for p, _, _ in walks]
+    p, jacobian, _ = min(walks, key=lambda walk: walk[2])
     return conclude(law, p, jacobian)
 
 
@@ -187,7 +255,7 @@ def _gauged(law: Law, p: np.ndarray) -> np.ndarray:
 
     A new effect turns shapes; the scale follows at once here, and only slowly in the search.
     """
-    coefficients = _solve(law, p[None])[0][0]
+    coefficients = _solve(law, p[None]).coefficients[0]
     a, _, _ = law.sizes()
     p = p.copy()
     for take, index in enumerate(law.fitted):
@@ -199,22 +267,40 @@ def _gauged(law: Law, p: np.ndarray) -> np.ndarray:
     return p
 
 
-def _look(law: Law, x: np.ndarray, high: np.ndarray):
-    """Residuals and Jacobian from one batch of motions: many march for little more than one."""
+def _look(law: Law, places: list[np.ndarray], high: np.ndarray) -> list:
+    """Residuals and Jacobian at every place, in one batch: many march for little more than one."""
     steps = _steps(law)
-    moves = np.where(x + steps < high, steps, -steps)
-    r = _residuals(law, np.vstack([x, x + np.diag(moves)]))
-    return r[0], ((r[1:] - r[:1]) / moves[:, None]).T
+    moves = [np.where(x + steps < high, steps, -steps) for x in places]
+    batch = [x + np.vstack([0 * x, np.diag(m)]) for x, m in zip(places, moves, strict=True)]
+    r = _residuals(law, np.vstack(batch)).reshape(len(places), len(steps) + 1, -1)
+    return [(one[0], ((one[1:] - one[:1]) / m[:, None]).T) for one, m in zip(r, moves, strict=True)]
 
 
-def _descend(law: Law, p, bounds, evaluations: int):
-    """Levenberg-Marquardt within bounds (More, Lect. Notes Math. 630 (1978) 105): p, Jacobian.
+def _descend(law: Law, starts, bounds, evaluations: int) -> list:
+    """(p, Jacobian, cost) where the search from every start ends; they go in step."""
+    searches = [_search(p, bounds, evaluations) for p in starts]
+    asked = {i: next(search) for i, search in enumerate(searches)}
+    ended = [None] * len(starts)
+    while asked:
+        seen = _look(law, list(asked.values()), bounds[1])
+        for i, look in zip(list(asked), seen, strict=True):
+            try:
+                asked[i] = searches[i].send(look)
+            except StopIteration as end:
+                ended[i] = end.value
+                del asked[i]
+    return ended
+
+
+def _search(p, bounds, evaluations: int):
+    """Levenberg-Marquardt within bounds (More, Lect. Notes Math. 630 (1978) 105): asks for the
+    residuals and Jacobian at places, returns p, Jacobian, cost.
 
     The normal equations are of the few searched parameters only, so they are cheap, and scaled to
     unit diagonal they are well enough conditioned.
     """
     low, high = bounds
-    r, jacobian = _look(law, p, high)
+    r, jacobian = yield p
     cost, damping = r @ r, 1e-3
     for _ in range(evaluations):
         scale = np.linalg.norm(jacobian, axis=0)
@@ -227,7 +313,7 @@ def _descend(law: Law, p, bounds, evaluations: int):
         H[stuck, stuck] = 1.0
         move = -np.linalg.solve(H, np.where(stuck, 0.0, slope)) / scale
         trial = np.clip(p + move, low + 1e-12, high - 1e-12)
-        after, tangent = _look(law, trial, high)
+        after, tangent = yield trial
         if after @ after < cost:
             gain, p, r, jacobian = cost - after @ after, trial, after, tangent
             cost, damping = r @ r, damping / 8
@@ -237,7 +323,7 @@ def _descend(law: Law, p, bounds, evaluations: int):
             damping *= 6
             if damping > 1e6:
                 break
-    return p, jacobian
+    return p, jacobian, cost
 
 
 def screen(found: TimeFit, effect: Effect, thetas: list) -> np.ndarray:
@@ -259,42 +345,32 @@ def screen(found: TimeFit, effect: Effect, thetas: list) -> np.ndarray:
 
 def conclude(law: Law, p: np.ndarray, jac: np.ndarray) -> TimeFit:
     """The fit at `p`, predictions of all takes, and the covariance from the Jacobian."""
-    coefficients, bases, uses = _solve(law, p[None])
-    r = _residuals(law, p[None])[0]
-    predicted, motions = [None] * len(law.takes), []
+    solved = _solve(law, p[None])
+    coefficients = solved.coefficients[0]
+    r = _left(law, solved)[0]
+    predicted = [None] * len(law.takes)
     for take, index in enumerate(law.fitted):
-        y = (bases[take][0] @ coefficients[0][:, :, None])[..., 0].T
+        y = (solved.bases[take][0] @ coefficients[:, :, None])[..., 0].T
         predicted[index] = y + sum(e.given(index) for e in law.effects if e.given)
-        motions.append(_motion(law, unpack(law, p[None], take), law.takes[index])[0][0])
-    held = _support(law, p)
     scale = np.linalg.norm(jac, axis=0)
     scale = np.where(scale > 0, scale, 1.0)
     inverse = np.linalg.pinv((jac / scale).T @ (jac / scale), rcond=1e-12)
     for index, data in enumerate(law.takes):
         if data.take.held_out:
-            predicted[index] = ahead(law, p, coefficients[0], index, _basis)
-    found = TimeFit(
+            predicted[index] = ahead(law, p, coefficients, index, _basis)
+    return TimeFit(
         law=law,
         parameters=p,
         covariance=inverse / np.outer(scale, scale),
-        coefficients=coefficients[0],
+        coefficients=coefficients,
         predicted=tuple(predicted),
         chi2=float((r**2).sum()),
-        samples=int(sum(use.sum() for use in uses)),
-        unknowns=len(p) + int((~held).sum()) - law.own,
+        samples=int(sum(use.sum() for use in solved.uses)),
+        unknowns=len(p) + int((~solved.barred).sum()) - law.own,
         residuals=r,
         jacobian=jac,
-        motions=tuple(motions),
+        motions=tuple(motion[0] for motion in solved.motions),
     )
-    return found
-
-
-def _support(law: Law, p: np.ndarray) -> np.ndarray:
-    """(C, nb) bool: coefficients that are barred."""
-    barred = 0
-    for take in range(len(law.fitted)):
-        barred = barred + _basis(law, unpack(law, p[None], take), take)[1]
-    return barred > 0
 
 
 def extend(
@@ -316,6 +392,12 @@ def without(found: TimeFit, i: int) -> TimeFit:
     outer = found.parameters[: sum(law.sizes()[:2])]
     law = replace(law, effects=tuple(law.effects[k] for k in kept))
     return fit(law, np.concatenate([outer, *(theta[k][0] for k in kept)]), evaluations=20)
+
+
+def instead(found: TimeFit, effect: Effect) -> float:
+    """chi2 with another one in the last effect's place, and all parameters as they are."""
+    law = replace(found.law, effects=(*found.law.effects[:-1], effect))
+    return float((_residuals(law, found.parameters[None]) ** 2).sum())
 
 
 def trajectories(found: TimeFit, time: np.ndarray) -> tuple[np.ndarray, list]:

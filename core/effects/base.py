@@ -7,6 +7,7 @@ import numpy as np
 
 UNSURE = 0.1  # of the most that a place shares in a higher mode, that computed shapes are off
 FAINT = 3.0  # standard deviations that an effect's strength is away from nought at least
+FINE = 32  # steps per period of the first mode; only added forces see them, and as their square
 SAME_SHAPE = 0.7  # share of a second motion along a mode's shape that makes it a mere companion
 
 
@@ -48,6 +49,7 @@ class Setting:
     towards: np.ndarray | None = None  # (C,) seen motion times motion towards the camera, per m2
     pose: np.ndarray | None = None  # (C,) what swings, at the release; known once it is fitted
     pitch: float | None = None  # Hz of the first mode; known once it is fitted
+    steps: int = FINE  # of a march, per period of the first mode
     paired: bool = True  # the first mode has a degenerate partner that was not matched
 
     def able(self, couples: np.ndarray, spread: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
