@@ -14,6 +14,7 @@ import numpy as np
 from .baseline import real_shapes
 from .damping import find_damping
 from .data import poles
+from .effects import weakening_friction
 from .effects.base import FINE
 from .effects.sudden_change import FOIL
 from .harmonic_inversion import invert
@@ -32,7 +33,7 @@ from .time_layer import (
     refuted,
     singles,
 )
-from .timefit import fit, screen, without
+from .timefit import best_fit, fit, screen, without
 
 ENOUGH = 0.80  # share of the excess that one effect must take to be the explanation
 ENOUGH_HELD = 0.70  # the same on held-out samples
@@ -45,6 +46,7 @@ COMPANION = 0.7  # MAC from which a line has a known mode's shape
 APART = 0.03  # of its pitch that a further mode keeps from those known and their overtones
 RIVALS = 3  # single effects of which a second one is sought
 HALF = 0.5  # of what the best effect leaves is what a sudden change may leave to be the cause
+WEAKENED = 0.7  # the same of a friction's own law, freed to weaken
 LOUD = 1.5  # noise units, rms: less motion than that decides nothing
 SWINGS = 1.5  # of the first mode that a fit must see
 FRAMES = 2.5  # a swing; below, a pitch may be a folded one
@@ -152,6 +154,8 @@ def _diagnose(declared: TimeFit, widen: Callable) -> Verdict:
     if strong and sufficient(strong[0], ENOUGH):
         if _broken(declared, strong[0]):
             return Verdict("unexplained", chain, (), (), ranked, ())
+        if _weakens(declared, strong[0]):
+            return _partly(chain, strong[0], strong, ranked)
         return _add_second(chain, strong, ranked, over)
     both = [c for c in pairs(declared, strong) if sufficient(c, ENOUGH_BOTH)]
     if both and _broken(declared, both[0]):
@@ -168,11 +172,16 @@ def _diagnose(declared: TimeFit, widen: Callable) -> Verdict:
         )
     if both:
         return _two(chain, both, ranked)
-    partial = tuple(c for c in strong[:1] if c.share > 0.3 and not c.held_share < 0.3)
+    partial = [c for c in strong[:1] if c.share > 0.3 and not c.held_share < 0.3]
     if partial:
-        chain += ((partial[0].names[0], partial[0].found),)
-    twins = tuple(twins_of(c, strong) for c in partial)
-    return Verdict("unexplained", chain, partial, twins, ranked, ())
+        return _partly(chain, partial[0], strong, ranked)
+    return Verdict("unexplained", chain, (), (), ranked, ())
+
+
+def _partly(chain, best: Candidate, strong: list[Candidate], ranked) -> Verdict:
+    """Not explained, but `best` takes its part."""
+    chain += ((best.names[0], best.found),)
+    return Verdict("unexplained", chain, (best,), (twins_of(best, strong),), ranked, ())
 
 
 def _widened(strong: list[Candidate], declared: TimeFit, widen: Callable) -> list[Candidate]:
@@ -320,8 +329,29 @@ def _broken(declared: TimeFit, best: Candidate) -> bool:
         return False
     begins = FOIL.starts(declared.law.setting, None)
     found = race(declared, FOIL, begins, screen(declared, FOIL, begins))
-    rival = judge((FOIL.name,), found, declared)
-    return rival.evidence > best.evidence + EVIDENCE and 1 - rival.share < HALF * (1 - best.share)
+    return _is_more(judge((FOIL.name,), found, declared), best, HALF)
+
+
+def _is_more(rival: Candidate, best: Candidate, left: float) -> bool:
+    """Whether it has clearly more evidence, and leaves less than that share of what `best` does."""
+    more = rival.evidence > best.evidence + EVIDENCE
+    return more and 1 - rival.share < left * (1 - best.share)
+
+
+def _weakens(declared: TimeFit, best: Candidate) -> bool:
+    """Whether the best effect is a rub that clearly weakens with speed."""
+    if best.names[-1] != "dry_friction":
+        return False
+    return _is_more(judge(best.names, _weakening(best.found), declared), best, WEAKENED)
+
+
+def _weakening(rubbing: TimeFit) -> TimeFit:
+    """The fit with its dry friction, the last effect, free to weaken with speed."""
+    foil, theta = weakening_friction.FOIL, rubbing.theta[-1][0]
+    law = replace(rubbing.law, effects=(*rubbing.law.effects[:-1], foil))
+    outer = rubbing.parameters[: len(rubbing.parameters) - len(theta)]
+    starts = [np.r_[outer, start] for start in weakening_friction.starts(theta)]
+    return best_fit(law, np.array(starts), evaluations=20)
 
 
 def _two(chain, both: list[Candidate], ranked) -> Verdict:

@@ -28,9 +28,12 @@ from .match import (
 )
 from .residual import QUIET
 from .shutter import at_once
+from .time_layer import excess
 from .timefit import best_fit, extend, fit
 
 WEAK = 0.6  # likeness in shape less twice the difference in pitch that makes a weak mode known
+WEAKER = 0.4  # the same, where it takes most of what was left
+LESS = 0.5  # of that, rms, is then left at most
 STRAY = 0.15  # of its pitch that a mode may move when all are fitted together
 LIVELY = 0.25  # damping ratio up to which a weak pole may be a mode
 MUCH = 0.3  # damping ratio beyond which it has run off, unless it was heard so
@@ -118,14 +121,19 @@ def _whole(ground: "_Ground", settled: tuple, rings: tuple):
     body = ground.bodies[condition]
     free, _, matches = settled
     first = matches[condition]
-    if len(matches) == 1 and None not in first.modes:
-        weak = _weak_modes(free, body, first)
-        if weak is not None:
-            chosen = [_amplitudes(ground.takes[i], weak[0]) for i in ground.fitted]
-            wider = _settled(ground, chosen, {condition: weak[1]})
-            found = _with_all(wider, body, condition, rings)
-            if not _strayed(found[0], wider[0].frequency, wider[0].damping_ratio).any():
-                return found
+    if len(matches) > 1 or None in first.modes:
+        return _with_all(settled, body, condition, rings)
+    for alike in (WEAKER, WEAK):
+        weak = _weak_modes(free, body, first, alike)
+        if weak is None:
+            break
+        chosen = [_amplitudes(ground.takes[i], weak[0]) for i in ground.fitted]
+        wider = _settled(ground, chosen, {condition: weak[1]})
+        if alike < WEAK and excess(wider[0]) > LESS * excess(free):
+            continue
+        found = _with_all(wider, body, condition, rings)
+        if not _strayed(found[0], wider[0].frequency, wider[0].damping_ratio).any():
+            return found
     return _with_all(settled, body, condition, rings)
 
 
@@ -153,7 +161,9 @@ def _straightened(ground: "_Ground", turns, index: int) -> Channels:
     return data if turn is None else straightened(data, body, turn)
 
 
-def _weak_modes(found: TimeFit, body: Body, match: Match) -> tuple[RingDown, Match] | None:
+def _weak_modes(
+    found: TimeFit, body: Body, match: Match, alike: float
+) -> tuple[RingDown, Match] | None:
     """The poles with those that only the residual shows, where they are modes of the body.
 
     A weak mode hides behind strong ones until those are taken off; it counts when its pitch and
@@ -182,7 +192,7 @@ def _weak_modes(found: TimeFit, body: Body, match: Match) -> tuple[RingDown, Mat
             if all(m != j and abs(frequency[m] / frequency[j] - 1) > PAIR for m in modes)
         ]
         quality, j = max(fits, default=(0.0, None))
-        if quality > WEAK:
+        if quality > alike:
             new_f, new_z, modes = [*new_f, f], [*new_z, z], [*modes, j]
     if len(modes) == len(match.modes):
         return None

@@ -13,7 +13,11 @@ from core.simulate import swing
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
 
 FILES = sorted({m.name for m in pkgutil.iter_modules(effects.__path__)} - {"base", "partner"})
-OWN = {"further_mode", "sudden_change"}  # what an effect is weighed beside or against
+OWN = {
+    "further_mode",
+    "sudden_change",
+    "weakening_friction",
+}  # what an effect is weighed beside or against
 NEUTRAL = {
     "large_amplitude": (0.0, 0.0),
     "asymmetric_stiffness": (0.0, 1.5),

@@ -1,0 +1,42 @@
+"""A rub that weakens as it moves faster, so that it sticks and slips: no effect of the library.
+
+Law         f = -F z (1 - w + w exp(-(x' / s)^2)), z as in dry_friction, s a speed
+Tells       the dead stop of dry_friction, but it comes sooner than the fall of the envelope says
+Looks like  dry_friction: what it is weighed against, being no effect to bake
+Source      Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083: Stribeck
+"""
+
+import numpy as np
+
+from . import dry_friction
+from .base import Effect
+
+
+def force(theta, setting, state):
+    """theta = (those of dry_friction, share that speed takes away, log of speed over omega A)."""
+    pace = np.exp(theta[:, 3]) * setting.omega[0] * setting.amplitude
+    slow = np.exp(-((state.dx / pace) ** 2))
+    return dry_friction.force(theta, setting, state) * (1 - theta[:, 2] * (1 - slow))
+
+
+FOIL = Effect(
+    name="friction that weakens with speed",
+    layer="time",
+    parameters=(),
+    twins=("dry_friction",),
+    settle="oil the rubbing place, or lift it, and film again",
+    low=(*dry_friction.EFFECT.low, 0.0, np.log(0.01)),
+    high=(*dry_friction.EFFECT.high, 0.98, np.log(0.5)),
+    force=force,
+    memory=1,
+    begin=dry_friction.EFFECT.begin,
+)
+
+
+def starts(theta: np.ndarray) -> list[np.ndarray]:
+    """Where the search begins, from the fitted dry friction `theta` (p,), its place included."""
+    own, place = theta[:2], theta[2:]
+    return [
+        np.r_[own[0] * more, own[1], share, np.log(pace), place]
+        for more, share, pace in ((1.5, 0.4, 0.1), (3.0, 0.7, 0.1), (3.0, 0.7, 0.3))
+    ]
