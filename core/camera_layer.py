@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .channels import Channels
 from .dac import SURE
 from .diagnosis import MATERIAL, Verdict, errors
 from .effects import perspective
@@ -84,6 +85,13 @@ def _folded(heard: Heard, found: TimeFit) -> list[Seen]:
     return sorted(out, key=lambda one: -one.share)[:1]
 
 
+def _behind(vertices: np.ndarray, data: Channels) -> float:
+    """m by which the object's middle lies further from the camera than that of its markers."""
+    places = np.array([marker.position for marker in data.take.recording.markers])
+    middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
+    return float((middle - places.mean(axis=0)) @ data.take.recording.camera.rows[2])
+
+
 def _near(heard: Heard, verdict: Verdict) -> list[Seen]:
     final = verdict.final
     index = final.law.fitted[0]
@@ -96,10 +104,13 @@ def _near(heard: Heard, verdict: Verdict) -> list[Seen]:
     near = perspective.nearness(data, offset)
     if near is None or not near.certain:
         return []
-    low, high = (1 / max(near.slope + way * SURE * near.sigma, 1e-9) for way in (1, -1))
+    behind = _behind(heard.body.case.surface.vertices, data)
+    distance, low, high = (
+        1 / max(near.slope + way * SURE * near.sigma, 1e-9) + behind for way in (0, 1, -1)
+    )
     told = {
         "name": "perspective",
-        "parameters": {"distance": estimate(1 / near.slope, low, high, "m")},
+        "parameters": {"distance": estimate(distance, low, high, "m")},
         "probability": 1.0,
         "twins": [],
     }
