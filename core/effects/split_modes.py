@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .base import Effect, Parameter, companion, ring
+from .base import FAINT, Effect, Parameter, companion, ring
 from .partner import SPREAD
 
 
@@ -22,8 +22,12 @@ def columns(theta, setting, time, u):
 
 def veto(found):
     """A companion of the same shape is no second direction: it mimics what follows amplitude."""
-    split = report(found.theta[-1][0], replace(found.law.setting, pitch=found.frequency[0]), None)
-    return "both have one pitch" if split["split"] < SPREAD else companion(found, 0)
+    theta = found.theta[-1][0]
+    split = report(theta, replace(found.law.setting, pitch=found.frequency[0]), None)["split"]
+    at, own = len(found.parameters) - len(theta), found.covariance
+    spread = own[at, at] + own[0, 0] - 2 * own[at, 0]  # of the split: logarithms of pitches
+    spread = np.sqrt(max(spread * max(found.chi2 / found.samples, 1.0), 0.0))
+    return "both may have one pitch" if split - FAINT * spread < SPREAD else companion(found, 0)
 
 
 def _both(theta, setting, first: float) -> np.ndarray:
