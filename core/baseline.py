@@ -140,6 +140,7 @@ def with_body(law: Law, shapes: np.ndarray, body, seen: np.ndarray) -> Law:
         wind=np.ascontiguousarray(wind.transpose(2, 0, 1).reshape(-1, wind.shape[1])),
         participation=_participation(body, shapes[:, :, 0], moved[np.argmax(first), :, 0]),
         towards=_towards(law.takes[law.fitted[0]], body, per_metre[:, :, 0]),
+        behind=behind(body.case.surface.vertices, law.takes[law.fitted[0]]),
     )
     return replace(law, setting=setting)
 
@@ -150,6 +151,19 @@ def _participation(body, shape: np.ndarray, along: np.ndarray) -> float:
     push = float(shape.ravel() @ (body.model.mass @ np.tile(along, len(shape))))
     moved = (body.markers @ shape.ravel()).reshape(-1, 3) @ along
     return abs(push * moved[np.argmax(np.abs(moved))])
+
+
+def behind(vertices: np.ndarray, data: Channels) -> float:
+    """m by which the object's middle lies further from the camera than that of its markers.
+
+    vertices (V, 3) m; nought where no camera was declared.
+    """
+    camera = data.take.recording.camera
+    if camera is None:
+        return 0.0
+    places = np.array([marker.position for marker in data.take.recording.markers])
+    middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
+    return float((middle - places.mean(axis=0)) @ camera.rows[2])
 
 
 def _towards(data: Channels, body, per_metre: np.ndarray) -> np.ndarray | None:

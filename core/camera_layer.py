@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .channels import Channels
 from .dac import SURE
 from .diagnosis import MATERIAL, Verdict, errors
 from .effects import perspective
@@ -85,13 +84,6 @@ def _folded(heard: Heard, found: TimeFit) -> list[Seen]:
     return sorted(out, key=lambda one: -one.share)[:1]
 
 
-def _behind(vertices: np.ndarray, data: Channels) -> float:
-    """m by which the object's middle lies further from the camera than that of its markers."""
-    places = np.array([marker.position for marker in data.take.recording.markers])
-    middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
-    return float((middle - places.mean(axis=0)) @ data.take.recording.camera.rows[2])
-
-
 def _near(heard: Heard, verdict: Verdict) -> list[Seen]:
     final = verdict.final
     index = final.law.fitted[0]
@@ -104,7 +96,7 @@ def _near(heard: Heard, verdict: Verdict) -> list[Seen]:
     near = perspective.nearness(data, offset)
     if near is None or not near.certain:
         return []
-    behind = _behind(heard.body.case.surface.vertices, data)
+    behind = final.law.setting.behind
     distance, low, high = (
         1 / max(near.slope + way * SURE * near.sigma, 1e-9) + behind for way in (0, 1, -1)
     )

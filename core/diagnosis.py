@@ -2,7 +2,8 @@
 
 adequate      what is left is noise, or less than half a per cent of the motion
 explained     one or two effects take nearly all of it, on held-out data too
-unexplained   something is there, and nothing known takes enough of it
+unexplained   something is there, and nothing known takes enough of it, or what is no effect of
+              the library takes clearly more
 refused       the recording cannot decide
 """
 
@@ -14,26 +15,22 @@ import numpy as np
 from .baseline import real_shapes
 from .damping import find_damping
 from .data import poles
-from .effects import weakening_friction
-from .effects.base import FINE
-from .effects.sudden_change import FOIL
+from .foils import is_broken, weakens
 from .harmonic_inversion import invert
 from .law import TimeFit
 from .match import mac
-from .residual import QUIET, misfit, motion_rms, nrmse
+from .residual import NOISY, QUIET, excess, misfit, motion_rms, nrmse
 from .time_layer import (
     EVIDENCE,
     MATERIAL,
     NEARLY,
     Candidate,
-    excess,
     judge,
     pairs,
-    race,
     refuted,
     singles,
 )
-from .timefit import best_fit, fit, screen, without
+from .timefit import sharp, without
 
 ENOUGH = 0.80  # share of the excess that one effect must take to be the explanation
 ENOUGH_HELD = 0.70  # the same on held-out samples
@@ -45,12 +42,9 @@ SECOND = 0.6  # share of what the first leaves that a second must take
 COMPANION = 0.7  # MAC from which a line has a known mode's shape
 APART = 0.03  # of its pitch that a further mode keeps from those known and their overtones
 RIVALS = 3  # single effects of which a second one is sought
-HALF = 0.5  # of what the best effect leaves is what a sudden change may leave to be the cause
-WEAKENED = 0.7  # the same of a friction's own law, freed to weaken
 LOUD = 1.5  # noise units, rms: less motion than that decides nothing
 SWINGS = 1.5  # of the first mode that a fit must see
 FRAMES = 2.5  # a swing; below, a pitch may be a folded one
-NOISY = 1.3  # misfit per sample above which noise alone is no explanation
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,19 +89,17 @@ def diagnose(declared: TimeFit, free: TimeFit, widen: Callable = lambda found: f
 
 
 def _sharpened(verdict: Verdict) -> Verdict:
-    """The same, with what was found in coarse steps fitted in fine ones."""
-    fine = {}
-    for _, found in verdict.chain:
-        setting = found.law.setting
-        if setting.steps < FINE:
-            law = replace(found.law, setting=replace(setting, steps=FINE))
-            fine[id(found)] = fit(law, found.parameters, evaluations=20)
-        else:
-            fine[id(found)] = found
+    """The same, with what was found in coarse steps fitted and judged in fine ones."""
+    declared = verdict.chain[0][1]
+    fine = {found: sharp(found) for _, found in verdict.chain}
     return replace(
         verdict,
-        chain=tuple((name, fine[id(found)]) for name, found in verdict.chain),
-        effects=tuple(replace(c, found=fine.get(id(c.found), c.found)) for c in verdict.effects),
+        chain=tuple((name, fine[found]) for name, found in verdict.chain),
+        effects=tuple(judge(c.names, fine[c.found], declared) for c in verdict.effects),
+        ranked=tuple(
+            judge(c.names, fine[c.found], declared) if c.found in fine else c
+            for c in verdict.ranked
+        ),
     )
 
 
@@ -152,13 +144,13 @@ def _diagnose(declared: TimeFit, widen: Callable) -> Verdict:
         return Verdict("adequate", chain, (), (), ranked, ())
     strong = _widened(strong, declared, widen)
     if strong and sufficient(strong[0], ENOUGH):
-        if _broken(declared, strong[0]):
+        if is_broken(declared, strong[0]):
             return Verdict("unexplained", chain, (), (), ranked, ())
-        if _weakens(declared, strong[0]):
+        if weakens(declared, strong[0]):
             return _partly(chain, strong[0], strong, ranked)
         return _add_second(chain, strong, ranked, over)
     both = [c for c in pairs(declared, strong) if sufficient(c, ENOUGH_BOTH)]
-    if both and _broken(declared, both[0]):
+    if both and is_broken(declared, both[0]):
         return Verdict("unexplained", chain, (), (), ranked, ())
     one = _one_of(declared, both[0].found, over, strong[0]) if both else None
     if one:
@@ -321,37 +313,6 @@ def _counts_second(first: Candidate, second: Candidate, over: float) -> bool:
     """Whether a second effect is material, and takes most of what the first leaves."""
     enough = gained(first.found, second.found) >= max(MATERIAL, SECOND_SIZE * over)
     return enough and second.share >= SECOND and not second.held_share < 0.5
-
-
-def _broken(declared: TimeFit, best: Candidate) -> bool:
-    """Whether one sudden change of stiffness accounts for clearly more than the best effect."""
-    if best.found.chi2 < NOISY * best.found.samples:
-        return False
-    begins = FOIL.starts(declared.law.setting, None)
-    found = race(declared, FOIL, begins, screen(declared, FOIL, begins))
-    return _is_more(judge((FOIL.name,), found, declared), best, HALF)
-
-
-def _is_more(rival: Candidate, best: Candidate, left: float) -> bool:
-    """Whether it has clearly more evidence, and leaves less than that share of what `best` does."""
-    more = rival.evidence > best.evidence + EVIDENCE
-    return more and 1 - rival.share < left * (1 - best.share)
-
-
-def _weakens(declared: TimeFit, best: Candidate) -> bool:
-    """Whether the best effect is a rub that clearly weakens with speed."""
-    if best.names[-1] != "dry_friction":
-        return False
-    return _is_more(judge(best.names, _weakening(best.found), declared), best, WEAKENED)
-
-
-def _weakening(rubbing: TimeFit) -> TimeFit:
-    """The fit with its dry friction, the last effect, free to weaken with speed."""
-    foil, theta = weakening_friction.FOIL, rubbing.theta[-1][0]
-    law = replace(rubbing.law, effects=(*rubbing.law.effects[:-1], foil))
-    outer = rubbing.parameters[: len(rubbing.parameters) - len(theta)]
-    starts = [np.r_[outer, start] for start in weakening_friction.starts(theta)]
-    return best_fit(law, np.array(starts), evaluations=20)
 
 
 def _two(chain, both: list[Candidate], ranked) -> Verdict:

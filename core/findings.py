@@ -38,7 +38,7 @@ SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
 SHOWN = 1.5  # times the error of free modes, from which the body's pitches and shapes show
 MENDED = 0.8  # of the declared body's error, held out or fitted, that is left at most
-LEFT = 0.5  # of that error, rms, beyond which something else is there as well
+LEFT = 0.5  # of what that error has beyond free modes', rms: more, and something else is there
 SETTLED = 0.05  # of the sag: error of geometry, density and a creep that nothing shows
 CREPT = 0.15  # the same where a creep may be at work
 TILTED = 1.4  # of the sag over the length: how far a cantilever's end turns
@@ -131,17 +131,16 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     before = _row(None, heard, verdict, ground, base)
     row = _row(good[0].effect.name, heard, verdict, ground, good[0].hypothesis) if good else None
     misfit = (float((base.pitch_pull**2).sum()), float(base.shape_chi2.sum()))
-    if not good or not _mends(row, before, errors(verdict.chain[0][1])):
+    free = errors(verdict.chain[0][1])
+    if not good or not _mends(row, before, free):
         if base.chi2 < CLEAR * pieces:
             line = "Pitches or shapes differ a little from the body's; no known effect mends them."
             return replace(plain, warnings=[*plain.warnings, line])
         return replace(plain, verdict="unexplained", before=before, misfit=misfit)
     best = good[0]
-    body_error, time_error = before[2], errors(verdict.chain[0][1])[1]
-    outweighed = body_error > OUTWEIGHS * time_error
-    found = "explained" if verdict.verdict != "unexplained" or outweighed else "unexplained"
-    if _leaves(row, before, errors(verdict.chain[0][1])) > LEFT:
-        found = "unexplained"
+    outweighed = before[2] > OUTWEIGHS * free[1]
+    clear = verdict.verdict != "unexplained" or outweighed
+    found = "explained" if clear and _leaves(row, before, free) <= LEFT else "unexplained"
     return replace(
         plain,
         verdict=found,

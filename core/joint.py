@@ -26,9 +26,8 @@ from .match import (
     select,
     turning,
 )
-from .residual import QUIET
+from .residual import QUIET, excess
 from .shutter import at_once
-from .time_layer import excess
 from .timefit import best_fit, extend, fit
 
 WEAK = 0.6  # likeness in shape less twice the difference in pitch that makes a weak mode known
@@ -123,12 +122,14 @@ def _whole(ground: "_Ground", settled: tuple, rings: tuple):
     first = matches[condition]
     if len(matches) > 1 or None in first.modes:
         return _with_all(settled, body, condition, rings)
+    tried, wider = None, None
     for alike in (WEAKER, WEAK):
         weak = _weak_modes(free, body, first, alike)
         if weak is None:
             break
-        chosen = [_amplitudes(ground.takes[i], weak[0]) for i in ground.fitted]
-        wider = _settled(ground, chosen, {condition: weak[1]})
+        if weak[1].modes != tried:
+            chosen = [_amplitudes(ground.takes[i], weak[0]) for i in ground.fitted]
+            tried, wider = weak[1].modes, _settled(ground, chosen, {condition: weak[1]})
         if alike < WEAK and excess(wider[0]) > LESS * excess(free):
             continue
         found = _with_all(wider, body, condition, rings)
@@ -167,7 +168,7 @@ def _weak_modes(
     """The poles with those that only the residual shows, where they are modes of the body.
 
     A weak mode hides behind strong ones until those are taken off; it counts when its pitch and
-    its shape are those of a computed mode that was not matched yet.
+    its shape are those of a computed mode that was not matched yet; `alike`: how nearly.
     """
     law = found.law
     data = law.takes[law.fitted[0]]

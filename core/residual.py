@@ -3,8 +3,10 @@
 import numpy as np
 
 from .channels import Channels
+from .law import TimeFit
 
 QUIET = 1.1  # misfit per sample below which there is nothing to look for
+NOISY = 1.3  # misfit per sample above which noise alone is no explanation
 
 
 def parts(takes: tuple[Channels, ...], held: bool) -> list[np.ndarray]:
@@ -71,3 +73,9 @@ def motion_rms(takes: tuple[Channels, ...]) -> float:
             total += np.nansum((values[:, busy] - np.nanmean(values[:, busy], axis=0)) ** 2)
             count += int(use.sum())
     return float(np.sqrt(total / max(count, 1)))
+
+
+def excess(found: TimeFit) -> float:
+    """RMS of what is left over noise, as a share of the motion's RMS (fitted part)."""
+    left, count = misfit(found.law.takes, found.predicted, False)
+    return float(np.sqrt(max(left / max(count, 1) - 1, 0)) / motion_rms(found.law.takes))

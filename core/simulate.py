@@ -5,7 +5,7 @@ import numpy as np
 from .effects.base import FINE, Setting, State
 
 RUNAWAY = 30.0  # first amplitudes; a motion that has run away stays finite
-OFTEN = 8  # steps between two looks at whether it runs away
+OFTEN = 8  # steps between two looks at it; between them it goes on
 COARSE = 16  # steps per period of the first mode, while it is only sought which force is there
 HIGHEST = 3  # steps per period of the highest mode: at two, the kicks would be in step with it
 

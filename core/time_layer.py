@@ -13,9 +13,9 @@ import numpy as np
 
 from .baseline import px_per_metre
 from .effects import TIME_EFFECTS, base_motion, lost_frames, tracker_drift
-from .effects.base import Effect
+from .effects.base import FINE, Effect
 from .law import TRUST, TimeFit
-from .residual import misfit, motion_rms, nrmse
+from .residual import misfit, nrmse
 from .simulate import COARSE
 from .timefit import best_fit, extend, fit, instead, screen
 
@@ -44,12 +44,6 @@ class Candidate:
     def confirmed(self) -> bool:
         """Accounts for most of the excess where it was fitted and where it was not."""
         return self.share >= 0.8 and not self.held_share < 0.7
-
-
-def excess(found: TimeFit) -> float:
-    """RMS of what is left over noise, as a share of the motion's RMS (fitted part)."""
-    left, count = misfit(found.law.takes, found.predicted, False)
-    return float(np.sqrt(max(left / max(count, 1) - 1, 0)) / motion_rms(found.law.takes))
 
 
 def judge(names, found: TimeFit, start: TimeFit) -> Candidate:
@@ -118,8 +112,9 @@ def _jumps(start: TimeFit, data) -> list[Effect]:
         for shift in (-2, -1, 1, 2):
             moved = [*jumps]
             moved[at] = (jumps[at][0] + shift * data.frame, jumps[at][1])
-            if instead(found, lost_frames.lost(tuple(moved), data.frame)) < found.chi2:
-                jumps, found = tuple(moved), _with_jumps(start, tuple(moved), data)
+            better = instead(found, lost_frames.lost(tuple(moved), data.frame))
+            if better:
+                jumps, found = tuple(moved), better
                 break
     if not jumps or not _sight(found, data).are_whole(jumps):
         return []
@@ -152,12 +147,14 @@ def race(
     start: TimeFit, effect: Effect, begins: list, promise: np.ndarray, *, runners: int = RUNNERS
 ) -> TimeFit:
     """The best fit of `start` with `effect`, from the most promising of its starting places."""
-    tries = [extend(start, (effect,), [begins[i]]) for i in _unlike(effect, begins, promise)]
+    first = _unlike(effect, begins, promise)[:runners]
+    tries = [extend(start, (effect,), [begins[i]]) for i in first]
     # with misfit beyond noise a weight in noise units would be too weak
     trust = TRUST * max(np.sqrt(start.chi2 / start.samples), 1.0)
-    law = replace(tries[0][0], trust=trust, setting=replace(start.law.setting, steps=COARSE))
+    steps = FINE if any(e.sudden for e in tries[0][0].effects) else COARSE
+    law = replace(tries[0][0], trust=trust, setting=replace(start.law.setting, steps=steps))
     marched = effect.force or effect.acceleration
-    return best_fit(law, np.array([p for _, p in tries[:runners]]), HORIZONS if marched else (1.0,))
+    return best_fit(law, np.array([p for _, p in tries]), HORIZONS if marched else (1.0,))
 
 
 def _unlike(effect: Effect, begins: list, promise: np.ndarray) -> list[int]:

@@ -7,194 +7,13 @@ Source      Golub and Pereyra, Inverse Problems 19 (2003) R1 (variable projectio
 """
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
 from .ahead import ahead
-from .channels import Channels
-from .effects.base import Effect
+from .effects.base import FINE, Effect
 from .law import Law, TimeFit, bounds, unpack
-from .shutter import later
-from .simulate import swing
-
-WILD = 1e7  # noise units; a motion that runs away is a bad fit, not an error
-PIN = 1e3  # weight that keeps S at the reference at one, so that u is in metres there
-
-
-def _motion(law: Law, unpacked, data: Channels):
-    """u, u' (B, T, K), the columns (B, T, q), the delays (B, C, T) or None."""
-    omega, zeta, start, thetas = unpacked
-    time = np.broadcast_to(data.time, (len(omega), len(data.time)))
-    pairs = list(zip(law.effects, thetas, strict=True))
-    for effect, theta in pairs:
-        if effect.clock:
-            time = np.maximum(effect.clock(theta, law.setting, time), 0)
-    forces = [(e, th) for e, th in pairs if e.acceleration or e.force]
-    u, v, traces = swing(omega, zeta, start, time, forces, law.setting)
-    # modes above those that were measured answer a force at once, in a shape of their own
-    columns = [(e, traces[:, :, [j]]) for j, (e, _) in enumerate(p for p in forces if p[0].force)]
-    delay = None if data.late is None else data.late.T[None]
-    for effect, theta in pairs:
-        if effect.columns:
-            columns.append((effect, effect.columns(theta, law.setting, time, u)))
-        if effect.delay:
-            delay = effect.delay(theta, law.setting, data.rows.T) + (0 if delay is None else delay)
-    return u, v, columns, delay
-
-
-def _basis(law: Law, unpacked, take: int):
-    """Basis (B, 1 or C, T, nb) of the fitted take number `take`, who may not use it (C, nb), and u
-    (B, T, K).
-    """
-    data = law.takes[law.fitted[take]]
-    u, v, columns, delay = _motion(law, unpacked, data)
-    omega, zeta = unpacked[:2]
-    motion = u
-    u, v = (u[:, None], v[:, None]) if delay is None else later(omega, zeta, (u, v), delay)
-    B, D, T, K = u.shape
-    widths = [c.shape[2] for _, c in columns]
-    each = 1 + sum(widths)
-    head = law.own * law.conditions
-    nb = head + each * len(law.fitted)
-    basis = np.zeros((B, D, T, nb))
-    at = law.own * law.condition[law.fitted[take]]
-    basis[:, :, :, at : at + K] = u
-    if law.turning:
-        speed = v / omega[:, None, None]
-        basis[:, :, :, at + K : at + law.own] = speed[..., list(law.turning)]
-    at = head + each * take
-    basis[:, :, :, at] = 1
-    barred = np.zeros((len(data.sigma), nb), bool)
-    barred[data.support, :head] = True
-    at += 1
-    for (effect, values), width in zip(columns, widths, strict=True):
-        basis[:, :, :, at : at + width] = values[:, None]
-        if effect.channels:
-            barred[~effect.channels(law.setting, data), at : at + width] = True
-        at += width
-    return basis, barred, motion
-
-
-def _given(law: Law, take: int):
-    """Values (T, C) of the fitted take without what effects subtract as known motion."""
-    values = law.takes[law.fitted[take]].values
-    known = [e.given(law.fitted[take])[: len(values)] for e in law.effects if e.given]
-    return values - sum(known)
-
-
-class _Solved(NamedTuple):
-    """The linear part for a batch of parameters; bases, uses and motions: one a fitted take."""
-
-    coefficients: np.ndarray  # (B, C, nb)
-    bases: tuple  # (B, 1 or C, T, nb)
-    uses: list  # (T, C) bool
-    motions: tuple  # (B, T, K)
-    barred: np.ndarray  # (C, nb) bool
-
-
-def _solve(law: Law, P: np.ndarray) -> _Solved:
-    """The linear part for parameters P (B, p). Takes share coefficients within a condition."""
-    bases, barred, motions = zip(
-        *(_basis(law, unpack(law, P, take), take) for take in range(len(law.fitted))), strict=True
-    )
-    data = [law.takes[index] for index in law.fitted]
-    uses = [one.known & one.fit[:, None] for one in data]
-    barred = sum(barred) > 0
-    coefficients = np.zeros((len(P), *barred.shape))
-    for condition in range(law.conditions):
-        group = [n for n, i in enumerate(law.fitted) if law.condition[i] == condition]
-        columns = _columns(law, condition, group, barred.shape[1])
-        gram = right = 0
-        for n in group:
-            values = np.where(uses[n], _given(law, n), 0.0)
-            basis = bases[n] if law.conditions == 1 else np.take(bases[n], columns, axis=3)
-            own = _normal(basis, values, uses[n])
-            weight = data[n].sigma ** -2.0 if len(group) > 1 else np.ones(1)
-            gram = gram + own[0] * weight[:, None, None]
-            right = right + own[1] * weight[:, None]
-        if group:
-            coefficients[:, :, columns] = _coefficients(gram, right, barred[:, columns])
-    return _Solved(coefficients, bases, uses, motions, barred)
-
-
-def _columns(law: Law, condition: int, group: list[int], count: int) -> np.ndarray:
-    """Indices of the basis' columns that a condition's takes share, or have for themselves."""
-    head = law.own * law.conditions
-    each = (count - head) // len(law.fitted)
-    own = [np.arange(head + each * n, head + each * (n + 1)) for n in group]
-    return np.concatenate([np.arange(law.own * condition, law.own * (condition + 1)), *own])
-
-
-def _normal(basis: np.ndarray, values: np.ndarray, use: np.ndarray):
-    """Normal equations (B, 1 or C, n, n), (B, C, n); one for all channels where none lacks any.
-
-    basis (B, 1 or C, T, n), values and use (T, C).
-    """
-    whole, some = use.all(axis=1), use.any(axis=1)
-    if basis.shape[1] > 1:
-        whole = np.zeros_like(whole)
-    rows = slice(None) if whole.all() else whole  # no copy of what is large
-    b = basis[:, 0, rows]
-    gram = (np.swapaxes(b, 1, 2) @ b)[:, None]
-    right = np.swapaxes(np.swapaxes(b, 1, 2) @ values[rows], 1, 2)
-    patchy = some & ~whole  # rows with a missing sample, or channels with their own delay
-    if patchy.any():
-        b = basis[:, :, patchy] * use[patchy].T[None, :, :, None]
-        gram = gram + np.swapaxes(b, 2, 3) @ b
-        right = right + np.einsum("bcti,tc->bci", b, values[patchy])
-    return gram, right
-
-
-def _coefficients(gram: np.ndarray, right: np.ndarray, barred: np.ndarray) -> np.ndarray:
-    """(B, C, n) from the normal equations, nought where `barred` (C, n)."""
-    scale = np.sqrt(np.einsum("bcii->bci", gram))
-    scale = np.where(scale > 0, scale, 1.0)
-    gram = gram / (scale[:, :, :, None] * scale[:, :, None])
-    right = right / scale
-    out = np.empty_like(right)
-    kinds, of = np.unique(barred, axis=0, return_inverse=True)
-    for k, kind in enumerate(kinds):
-        alike = of.ravel() == k
-        own = gram if gram.shape[1] == 1 else gram[:, alike]
-        own = own + np.diag(np.where(kind, 1e12, 1e-11))
-        y = right[:, alike]
-        if own.shape[1] == 1:
-            out[:, alike] = np.swapaxes(np.linalg.solve(own[:, 0], np.swapaxes(y, 1, 2)), 1, 2)
-        else:
-            out[:, alike] = np.linalg.solve(own, y[..., None])[..., 0]
-    return out / scale
-
-
-def _residuals(law: Law, P: np.ndarray) -> np.ndarray:
-    """(B, R) noise units, with the rows that keep the reference at one."""
-    return _left(law, _solve(law, P))
-
-
-def _left(law: Law, solved: _Solved) -> np.ndarray:
-    coefficients, bases, uses = solved[:3]
-    out = []
-    for take, index in enumerate(law.fitted):
-        data = law.takes[index]
-        if bases[take].shape[1] == 1:
-            predicted = bases[take][:, 0] @ np.swapaxes(coefficients, 1, 2)
-        else:
-            predicted = np.einsum("bcti,bci->btc", bases[take], coefficients)
-        left = (_given(law, take) - predicted) / data.sigma
-        every = uses[take].all()
-        out.append(left.reshape(len(left), -1) if every else left[:, uses[take]])
-    K = law.modes
-    for c in range(law.conditions):
-        own = coefficients[:, :, c * law.own : (c + 1) * law.own]
-        hold = np.r_[PIN, np.full(K - 1, law.trust)]
-        out.append(hold * (1 - np.einsum("kc,bck->bk", law.gauge(c), own[:, :, :K])))
-        if law.turning:
-            across = law.gauge(c)[list(law.turning)]
-            out.append(PIN * np.einsum("kc,bck->bk", across, own[:, :, K:]))
-    r = np.concatenate(out, axis=1)
-    if not (r.min() > -WILD and r.max() < WILD):  # NaN too
-        r = np.nan_to_num(np.clip(r, -WILD, WILD), nan=WILD)
-    return r
+from .linear_part import left_over, march, regressors, residuals, solve
 
 
 def _cut(law: Law, horizon: float) -> Law:
@@ -255,7 +74,7 @@ def _gauged(law: Law, p: np.ndarray) -> np.ndarray:
 
     A new effect turns shapes; the scale follows at once here, and only slowly in the search.
     """
-    coefficients = _solve(law, p[None]).coefficients[0]
+    coefficients = solve(law, p[None]).coefficients[0]
     a, _, _ = law.sizes()
     p = p.copy()
     for take, index in enumerate(law.fitted):
@@ -272,7 +91,7 @@ def _look(law: Law, places: list[np.ndarray], high: np.ndarray) -> list:
     steps = _steps(law)
     moves = [np.where(x + steps < high, steps, -steps) for x in places]
     batch = [x + np.vstack([0 * x, np.diag(m)]) for x, m in zip(places, moves, strict=True)]
-    r = _residuals(law, np.vstack(batch)).reshape(len(places), len(steps) + 1, -1)
+    r = residuals(law, np.vstack(batch)).reshape(len(places), len(steps) + 1, -1)
     return [(one[0], ((one[1:] - one[:1]) / m[:, None]).T) for one, m in zip(r, moves, strict=True)]
 
 
@@ -326,6 +145,15 @@ def _search(p, bounds, evaluations: int):
     return p, jacobian, cost
 
 
+def sharp(found: TimeFit) -> TimeFit:
+    """The fit to its end and in fine steps; itself where no force is marched."""
+    law = found.law
+    if not any(e.force or e.acceleration for e in law.effects):
+        return found
+    law = replace(law, setting=replace(law.setting, steps=FINE))
+    return fit(law, found.parameters, evaluations=20)
+
+
 def screen(found: TimeFit, effect: Effect, thetas: list) -> np.ndarray:
     """Gain in chi2 that each start promises: a score test off the fitted law's tangents (n,).
 
@@ -335,7 +163,7 @@ def screen(found: TimeFit, effect: Effect, thetas: list) -> np.ndarray:
     law, _ = extend(found, (effect,), [thetas[0]])
     P = np.vstack([np.r_[found.parameters, np.asarray(theta, float)] for theta in thetas])
     low, high = _bounds(law)
-    change = _residuals(_cut(law, 1.0), np.clip(P, low, high)) - found.residuals
+    change = residuals(_cut(law, 1.0), np.clip(P, low, high)) - found.residuals
     scale = np.linalg.norm(found.jacobian, axis=0)
     q, _ = np.linalg.qr(found.jacobian / np.where(scale > 0, scale, 1.0))
     change = change - (change @ q) @ q.T
@@ -345,9 +173,9 @@ def screen(found: TimeFit, effect: Effect, thetas: list) -> np.ndarray:
 
 def conclude(law: Law, p: np.ndarray, jac: np.ndarray) -> TimeFit:
     """The fit at `p`, predictions of all takes, and the covariance from the Jacobian."""
-    solved = _solve(law, p[None])
+    solved = solve(law, p[None])
     coefficients = solved.coefficients[0]
-    r = _left(law, solved)[0]
+    r = left_over(law, solved)[0]
     predicted = [None] * len(law.takes)
     for take, index in enumerate(law.fitted):
         y = (solved.bases[take][0] @ coefficients[:, :, None])[..., 0].T
@@ -357,7 +185,7 @@ def conclude(law: Law, p: np.ndarray, jac: np.ndarray) -> TimeFit:
     inverse = np.linalg.pinv((jac / scale).T @ (jac / scale), rcond=1e-12)
     for index, data in enumerate(law.takes):
         if data.take.held_out:
-            predicted[index] = ahead(law, p, coefficients, index, _basis)
+            predicted[index] = ahead(law, p, coefficients, index, regressors)
     return TimeFit(
         law=law,
         parameters=p,
@@ -394,10 +222,15 @@ def without(found: TimeFit, i: int) -> TimeFit:
     return fit(law, np.concatenate([outer, *(theta[k][0] for k in kept)]), evaluations=20)
 
 
-def instead(found: TimeFit, effect: Effect) -> float:
-    """chi2 with another one in the last effect's place, and all parameters as they are."""
+def instead(found: TimeFit, effect: Effect) -> TimeFit | None:
+    """Fitted again with another one in the last effect's place, if it does better there at once.
+
+    Both have no parameters of their own.
+    """
     law = replace(found.law, effects=(*found.law.effects[:-1], effect))
-    return float((_residuals(law, found.parameters[None]) ** 2).sum())
+    if (residuals(law, found.parameters[None]) ** 2).sum() >= found.chi2:
+        return None
+    return fit(law, found.parameters, evaluations=6)
 
 
 def trajectories(found: TimeFit, time: np.ndarray) -> tuple[np.ndarray, list]:
@@ -414,5 +247,5 @@ def trajectories(found: TimeFit, time: np.ndarray) -> tuple[np.ndarray, list]:
         values=np.zeros((len(time), len(law.takes[index].sigma))),
         fit=np.ones(len(time), bool),
     )
-    u, _, columns, _ = _motion(bodily, unpack(bodily, found.parameters[None], 0), data)
+    u, _, columns, _ = march(bodily, unpack(bodily, found.parameters[None], 0), data)
     return u[0], [(effect, values[0]) for effect, values in columns]

@@ -49,9 +49,6 @@ def run_case(kind: str, seed: int) -> dict:
     report = result if isinstance(result, dict) else result.report
     meshed = moments.get("Solving the modes", begun)
     record = scoring.mark(truth, report, modulus_without(result, report))
-    if not isinstance(result, dict):
-        final = result.verdict.final
-        record["misfit"] = final.chi2 / final.samples
     return record | {"seconds": ended - begun, "diagnosis_seconds": ended - meshed}
 
 

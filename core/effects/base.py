@@ -7,7 +7,7 @@ import numpy as np
 
 UNSURE = 0.1  # of the most that a place shares in a higher mode, that computed shapes are off
 FAINT = 3.0  # standard deviations that an effect's strength is away from nought at least
-FINE = 32  # steps per period of the first mode; only added forces see them, and as their square
+FINE = 32  # steps per period of the first mode; only added forces see them, smooth ones squared
 SAME_SHAPE = 0.7  # share of a second motion along a mode's shape that makes it a mere companion
 
 
@@ -47,6 +47,7 @@ class Setting:
     reference: np.ndarray  # (K, C) reference_k . shape = m at the reference
     participation: float = 1.0  # m of the reference per m that the support moves in mode 1
     towards: np.ndarray | None = None  # (C,) seen motion times motion towards the camera, per m2
+    behind: float = 0.0  # m that the object's middle is further from the camera than its markers'
     pose: np.ndarray | None = None  # (C,) what swings, at the release; known once it is fitted
     pitch: float | None = None  # Hz of the first mode; known once it is fitted
     steps: int = FINE  # of a march, per period of the first mode
@@ -103,6 +104,7 @@ class Effect:
     starts: Callable | None = None
     force: Callable | None = None
     acceleration: Callable | None = None
+    sudden: bool = False  # so stiff at some instants that it is always marched in FINE steps
     memory: int = 0  # numbers kept per simulated motion; -1 = one per mode
     begin: Callable | None = None  # (theta, setting, u) -> (B, memory), at release
     columns: Callable | None = None

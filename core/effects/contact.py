@@ -45,6 +45,7 @@ def _variant(side):
             (gap, np.log(k)) for gap in (0.15, 0.4, 0.7) for k in (0.3, 6.0)
         ],
         force=_side(side),
+        sudden=True,
         veto=veto,
         report=report,
     )

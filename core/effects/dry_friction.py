@@ -41,6 +41,7 @@ EFFECT = Effect(
         (0.15, np.log(0.05)),
     ],
     force=force,
+    sudden=True,
     memory=1,
     begin=lambda theta, setting, u: np.zeros((len(u), 1)),
     report=report,

@@ -1,6 +1,7 @@
 """What comes towards the camera is seen larger: the camera is nearer than was declared.
 
-Law         pixel = principal + (pixel - principal) / (1 - d/D), d the motion towards the camera
+Law         pixel = principal + (pixel - principal) / (1 - d/D), d the motion towards the camera;
+            D is told of the object's middle
 Tells       the rest places: what is nearer is further from the picture's middle, each marker
             by its depth; and a second harmonic at once (no dynamics) with the same pattern
 Looks like  asymmetric_stiffness, whose second harmonic is filtered by the mode
@@ -30,7 +31,7 @@ NEAREST = 20.0  # amplitudes: no camera is nearer
 class Nearness:
     """What the rest places say of the camera's distance."""
 
-    slope: float  # 1/m, one over the distance
+    slope: float  # 1/m, one over the distance of the markers' middle
     sigma: float  # 1/m
     certain: bool  # that it is near
 
@@ -119,7 +120,7 @@ def report(theta, setting, shape):
         return {"distance": np.nan}
     seen = shape[:, 0] / setting.amplitude  # per m2 of u_1
     slope = (setting.towards @ seen) / (setting.towards @ setting.towards)
-    return {"distance": 1 / slope if slope > 0 else np.nan}
+    return {"distance": 1 / slope + setting.behind if slope > 0 else np.nan}
 
 
 EFFECT = Effect(

@@ -25,8 +25,8 @@ def veto(found):
     theta = found.theta[-1][0]
     split = report(theta, replace(found.law.setting, pitch=found.frequency[0]), None)["split"]
     at, own = len(found.parameters) - len(theta), found.covariance
-    spread = own[at, at] + own[0, 0] - 2 * own[at, 0]  # of the split: logarithms of pitches
-    spread = np.sqrt(max(spread * max(found.chi2 / found.samples, 1.0), 0.0))
+    variance = own[at, at] + own[0, 0] - 2 * own[at, 0]  # of the split: logarithms of pitches
+    spread = np.sqrt(max(variance * max(found.chi2 / found.samples, 1.0), 0.0))
     return "both may have one pitch" if split - FAINT * spread < SPREAD else companion(found, 0)
 
 

@@ -25,9 +25,10 @@ FOIL = Effect(
     parameters=(),
     twins=("dry_friction",),
     settle="oil the rubbing place, or lift it, and film again",
-    low=(*dry_friction.EFFECT.low, 0.0, np.log(0.01)),
+    low=(*dry_friction.EFFECT.low, 0.0, np.log(0.05)),
     high=(*dry_friction.EFFECT.high, 0.98, np.log(0.5)),
     force=force,
+    sudden=True,
     memory=1,
     begin=dry_friction.EFFECT.begin,
 )
@@ -40,3 +41,8 @@ def starts(theta: np.ndarray) -> list[np.ndarray]:
         np.r_[own[0] * more, own[1], share, np.log(pace), place]
         for more, share, pace in ((1.5, 0.4, 0.1), (3.0, 0.7, 0.1), (3.0, 0.7, 0.3))
     ]
+
+
+def without(theta: np.ndarray) -> np.ndarray:
+    """The dry friction that is as strong at speed, at the same place."""
+    return np.r_[theta[0] * (1 - theta[2]), theta[1], theta[4:]]

@@ -35,7 +35,9 @@ def story():
     while job().child and job().child.progress.fraction < 0.9:
         yield from drawn(next(tabs), f"{100 * job().child.progress.fraction:3.0f} % calibrated")
     sys.setprofile(None)
-    print(f"The extension's own Python took {1000 * OURS['longest']:.1f} ms at most: {OURS['where']}")
+    print(
+        f"The extension's own Python took {1000 * OURS['longest']:.1f} ms at most: {OURS['where']}"
+    )
     PRESS["shot"]("7_pauses")
     if job().child:
         bpy.ops.ringdown.cancel()

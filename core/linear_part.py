@@ -1,0 +1,194 @@
+"""The part of the law that is linear: shapes, offsets and columns for given searched parameters.
+
+Law         y_c(t) = offset_c + sum_k S_kc u_k(t - delay_c) + columns with shapes of their own
+Source      Golub and Pereyra, Inverse Problems 19 (2003) R1 (variable projection)
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .channels import Channels
+from .law import Law, unpack
+from .shutter import later
+from .simulate import swing
+
+WILD = 1e7  # noise units; a motion that runs away is a bad fit, not an error
+PIN = 1e3  # weight that keeps S at the reference at one, so that u is in metres there
+
+
+def march(law: Law, unpacked, data: Channels):
+    """u, u' (B, T, K), the columns (B, T, q), the delays (B, C, T) or None."""
+    omega, zeta, start, thetas = unpacked
+    time = np.broadcast_to(data.time, (len(omega), len(data.time)))
+    pairs = list(zip(law.effects, thetas, strict=True))
+    for effect, theta in pairs:
+        if effect.clock:
+            time = np.maximum(effect.clock(theta, law.setting, time), 0)
+    forces = [(e, th) for e, th in pairs if e.acceleration or e.force]
+    u, v, traces = swing(omega, zeta, start, time, forces, law.setting)
+    # modes above those that were measured answer a force at once, in a shape of their own
+    columns = [(e, traces[:, :, [j]]) for j, (e, _) in enumerate(p for p in forces if p[0].force)]
+    delay = None if data.late is None else data.late.T[None]
+    for effect, theta in pairs:
+        if effect.columns:
+            columns.append((effect, effect.columns(theta, law.setting, time, u)))
+        if effect.delay:
+            delay = effect.delay(theta, law.setting, data.rows.T) + (0 if delay is None else delay)
+    return u, v, columns, delay
+
+
+def regressors(law: Law, unpacked, take: int):
+    """Basis (B, 1 or C, T, nb) of the fitted take number `take`, who may not use it (C, nb), and u
+    (B, T, K).
+    """
+    data = law.takes[law.fitted[take]]
+    u, v, columns, delay = march(law, unpacked, data)
+    omega, zeta = unpacked[:2]
+    motion = u
+    u, v = (u[:, None], v[:, None]) if delay is None else later(omega, zeta, (u, v), delay)
+    B, D, T, K = u.shape
+    widths = [c.shape[2] for _, c in columns]
+    each = 1 + sum(widths)
+    head = law.own * law.conditions
+    nb = head + each * len(law.fitted)
+    basis = np.zeros((B, D, T, nb))
+    at = law.own * law.condition[law.fitted[take]]
+    basis[:, :, :, at : at + K] = u
+    if law.turning:
+        speed = v / omega[:, None, None]
+        basis[:, :, :, at + K : at + law.own] = speed[..., list(law.turning)]
+    at = head + each * take
+    basis[:, :, :, at] = 1
+    barred = np.zeros((len(data.sigma), nb), bool)
+    barred[data.support, :head] = True
+    at += 1
+    for (effect, values), width in zip(columns, widths, strict=True):
+        basis[:, :, :, at : at + width] = values[:, None]
+        if effect.channels:
+            barred[~effect.channels(law.setting, data), at : at + width] = True
+        at += width
+    return basis, barred, motion
+
+
+def _given(law: Law, take: int):
+    """Values (T, C) of the fitted take without what effects subtract as known motion."""
+    values = law.takes[law.fitted[take]].values
+    known = [e.given(law.fitted[take])[: len(values)] for e in law.effects if e.given]
+    return values - sum(known)
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """The linear part for a batch of parameters; bases, uses and motions: one a fitted take."""
+
+    coefficients: np.ndarray  # (B, C, nb)
+    bases: tuple  # (B, 1 or C, T, nb)
+    uses: list  # (T, C) bool
+    motions: tuple  # (B, T, K)
+    barred: np.ndarray  # (C, nb) bool
+
+
+def solve(law: Law, P: np.ndarray) -> Solved:
+    """The linear part for parameters P (B, p). Takes share coefficients within a condition."""
+    bases, barred, motions = zip(
+        *(regressors(law, unpack(law, P, take), take) for take in range(len(law.fitted))),
+        strict=True,
+    )
+    data = [law.takes[index] for index in law.fitted]
+    uses = [one.known & one.fit[:, None] for one in data]
+    barred = sum(barred) > 0
+    coefficients = np.zeros((len(P), *barred.shape))
+    for condition in range(law.conditions):
+        group = [n for n, i in enumerate(law.fitted) if law.condition[i] == condition]
+        columns = _columns(law, condition, group, barred.shape[1])
+        gram = right = 0
+        for n in group:
+            values = np.where(uses[n], _given(law, n), 0.0)
+            basis = bases[n] if law.conditions == 1 else np.take(bases[n], columns, axis=3)
+            own = _normal(basis, values, uses[n])
+            weight = data[n].sigma ** -2.0 if len(group) > 1 else np.ones(1)
+            gram = gram + own[0] * weight[:, None, None]
+            right = right + own[1] * weight[:, None]
+        if group:
+            coefficients[:, :, columns] = _coefficients(gram, right, barred[:, columns])
+    return Solved(coefficients, bases, uses, motions, barred)
+
+
+def _columns(law: Law, condition: int, group: list[int], count: int) -> np.ndarray:
+    """Indices of the basis' columns that a condition's takes share, or have for themselves."""
+    head = law.own * law.conditions
+    each = (count - head) // len(law.fitted)
+    own = [np.arange(head + each * n, head + each * (n + 1)) for n in group]
+    return np.concatenate([np.arange(law.own * condition, law.own * (condition + 1)), *own])
+
+
+def _normal(basis: np.ndarray, values: np.ndarray, use: np.ndarray):
+    """Normal equations (B, 1 or C, n, n), (B, C, n); one for all channels where none lacks any.
+
+    basis (B, 1 or C, T, n), values and use (T, C).
+    """
+    whole, some = use.all(axis=1), use.any(axis=1)
+    if basis.shape[1] > 1:
+        whole = np.zeros_like(whole)
+    rows = slice(None) if whole.all() else whole  # no copy of what is large
+    b = basis[:, 0, rows]
+    gram = (np.swapaxes(b, 1, 2) @ b)[:, None]
+    right = np.swapaxes(np.swapaxes(b, 1, 2) @ values[rows], 1, 2)
+    patchy = some & ~whole  # rows with a missing sample, or channels with their own delay
+    if patchy.any():
+        b = basis[:, :, patchy] * use[patchy].T[None, :, :, None]
+        gram = gram + np.swapaxes(b, 2, 3) @ b
+        right = right + np.einsum("bcti,tc->bci", b, values[patchy])
+    return gram, right
+
+
+def _coefficients(gram: np.ndarray, right: np.ndarray, barred: np.ndarray) -> np.ndarray:
+    """(B, C, n) from the normal equations, nought where `barred` (C, n)."""
+    scale = np.sqrt(np.einsum("bcii->bci", gram))
+    scale = np.where(scale > 0, scale, 1.0)
+    gram = gram / (scale[:, :, :, None] * scale[:, :, None])
+    right = right / scale
+    out = np.empty_like(right)
+    kinds, of = np.unique(barred, axis=0, return_inverse=True)
+    for k, kind in enumerate(kinds):
+        alike = of.ravel() == k
+        own = gram if gram.shape[1] == 1 else gram[:, alike]
+        own = own + np.diag(np.where(kind, 1e12, 1e-11))
+        y = right[:, alike]
+        if own.shape[1] == 1:
+            out[:, alike] = np.swapaxes(np.linalg.solve(own[:, 0], np.swapaxes(y, 1, 2)), 1, 2)
+        else:
+            out[:, alike] = np.linalg.solve(own, y[..., None])[..., 0]
+    return out / scale
+
+
+def residuals(law: Law, P: np.ndarray) -> np.ndarray:
+    """(B, R) noise units, with the rows that keep the reference at one."""
+    return left_over(law, solve(law, P))
+
+
+def left_over(law: Law, solved: Solved) -> np.ndarray:
+    coefficients, bases, uses = solved.coefficients, solved.bases, solved.uses
+    out = []
+    for take, index in enumerate(law.fitted):
+        data = law.takes[index]
+        if bases[take].shape[1] == 1:
+            predicted = bases[take][:, 0] @ np.swapaxes(coefficients, 1, 2)
+        else:
+            predicted = np.einsum("bcti,bci->btc", bases[take], coefficients)
+        left = (_given(law, take) - predicted) / data.sigma
+        every = uses[take].all()
+        out.append(left.reshape(len(left), -1) if every else left[:, uses[take]])
+    K = law.modes
+    for c in range(law.conditions):
+        own = coefficients[:, :, c * law.own : (c + 1) * law.own]
+        hold = np.r_[PIN, np.full(K - 1, law.trust)]
+        out.append(hold * (1 - np.einsum("kc,bck->bk", law.gauge(c), own[:, :, :K])))
+        if law.turning:
+            across = law.gauge(c)[list(law.turning)]
+            out.append(PIN * np.einsum("kc,bck->bk", across, own[:, :, K:]))
+    r = np.concatenate(out, axis=1)
+    if not (r.min() > -WILD and r.max() < WILD):  # NaN too
+        r = np.nan_to_num(np.clip(r, -WILD, WILD), nan=WILD)
+    return r

@@ -1,0 +1,197 @@
+"""The fit of the time layer on motions planted by closed forms and a much finer march."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from core.baseline import behind, build_law
+from core.channels import Channels
+from core.data import RingDown
+from core.effects import contact, dry_friction, split_modes, sudden_change, weakening_friction
+from core.effects.base import FINE
+from core.findings import _leaves
+from core.foils import weakens
+from core.linear_part import solve
+from core.simulate import COARSE, swing
+from core.time_layer import judge, race
+from core.timefit import best_fit, extend, fit, screen, sharp
+from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
+
+RATE, SECONDS, NOISE = 120, 4.0, 0.01 * AMPLITUDE
+TIME = np.arange(int(RATE * SECONDS)) / RATE
+SHAPE = np.array([1.0, 0.6, -0.3, 0.1])
+
+
+def channels(values, sigma=NOISE):
+    """What the fit is told of a recording (T, C); the last third is held out."""
+    T, C = values.shape
+    take = SimpleNamespace(held_out=False, recording=SimpleNamespace(camera=None))
+    return Channels(
+        time=TIME[:T],
+        values=values,
+        sigma=np.full(C, sigma),
+        fit=TIME[:T] <= TIME[T - 1] * 2 / 3,
+        marker=np.arange(C),
+        support=np.zeros(C, bool),
+        directions=np.tile([1.0, 0, 0], (C, 1)),
+        row=np.zeros(C),
+        rows=np.zeros((T, C)),
+        rest=np.zeros(C),
+        quiet=np.full(C, np.nan),
+        take=take,
+    )
+
+
+def moved(effect, theta, zeta=0.02, seed=0):
+    """(T, C) a mode with a force, marched 128 times as finely as the fit does."""
+    start = np.array([[[AMPLITUDE], [0.0]]])
+    fine = replace(setting(zeta), steps=128 * FINE)
+    forces = [(effect, np.array([theta], float))] if effect else []
+    u = swing(OMEGA[None], np.array([[zeta]]), start, TIME[None], forces, fine)[0][0, :, 0]
+    return np.outer(u, SHAPE) + NOISE * np.random.default_rng(seed).standard_normal((len(u), 4))
+
+
+def declared(data, takes=1, condition=(0,)):
+    """The linear fit of one mode to one recording, or the same recording several times."""
+    amplitude = (AMPLITUDE * SHAPE)[None].astype(complex)
+    ring = RingDown(
+        np.array([5.0]), np.array([0.03]), amplitude, np.zeros(4), np.full(4, NOISE), np.eye(2)
+    )
+    law, p = build_law([ring] * takes, (data,) * takes, condition)
+    return fit(replace(law, setting=replace(law.setting, paired=False)), p, evaluations=40)
+
+
+def raced(found, effect):
+    begins = effect.starts(found.law.setting, None)
+    return race(found, effect, begins, screen(found, effect, begins))
+
+
+def test_the_linear_part_is_that_of_least_squares_a_channel():
+    values = moved(None, None)
+    values[20:30, 1] = np.nan
+    law = declared(channels(values)).law
+    P = declared(channels(values)).parameters[None]
+    solved = solve(law, P)
+    for c in range(4):
+        use = solved.uses[0][:, c]
+        basis = solved.bases[0][0, 0]
+        exact, *_ = np.linalg.lstsq(basis[use], values[use, c], rcond=None)
+        assert solved.coefficients[0, c] == pytest.approx(exact, rel=1e-6, abs=1e-12)
+
+
+@pytest.mark.parametrize("condition", [(0, 0), (0, 1)])
+def test_takes_share_shapes_within_a_condition_only(condition):
+    one = declared(channels(moved(None, None)))
+    two = declared(channels(moved(None, None)), 2, condition)
+    shared = solve(two.law, two.parameters[None])
+    head = two.law.own * two.law.conditions
+    assert shared.coefficients.shape[2] == head + 2
+    assert two.shapes == pytest.approx(one.shapes, rel=1e-3)
+
+
+def test_the_best_of_two_starts_is_found_whichever_comes_first():
+    found = declared(channels(moved(contact.ABOVE, (0.5, np.log(6.0)))))
+    tries = [extend(found, (contact.ABOVE,), [start]) for start in ((0.45, 1.5), (0.9, -4.0))]
+    law, starts = tries[0][0], np.array([p for _, p in tries])
+    both = best_fit(law, starts)
+    alone = [fit(law, p).chi2 for p in starts]
+    assert both.chi2 == pytest.approx(min(alone), rel=1e-9)
+    assert best_fit(law, starts[::-1]).chi2 == pytest.approx(min(alone), rel=1e-9)
+
+
+def test_a_hard_stop_is_searched_in_fine_steps_and_found():
+    found = raced(declared(channels(moved(contact.ABOVE, (0.5, np.log(6.0))))), contact.ABOVE)
+    assert found.law.setting.steps == FINE
+    found = sharp(found)
+    assert found.chi2 < 1.2 * found.samples
+    assert found.theta[-1][0][0] == pytest.approx(0.5, abs=0.03)
+
+
+def test_what_was_searched_in_coarse_steps_is_told_in_fine_ones():
+    found = declared(channels(moved(sudden_change.FOIL, (-0.1, 0.3))))
+    coarse = raced(found, sudden_change.FOIL)
+    assert coarse.law.setting.steps == COARSE
+    fine = sharp(coarse)
+    assert fine.law.setting.steps == FINE
+    assert fine.chi2 < 1.2 * fine.samples
+    assert sharp(found) is found  # nothing is marched in it
+
+
+def test_high_modes_see_as_many_steps_as_they_need():
+    omega = OMEGA[0] * np.array([1.0, 7.0])
+    two = replace(
+        setting(), omega=omega, zeta=np.full(2, 0.01), masses=np.ones(2), couple=np.ones(2)
+    )
+    start = np.array([[[AMPLITUDE, 0.1 * AMPLITUDE], [0.0, 0.0]]])
+    theta = np.array([[0.5, np.log(0.3), 1.0]])
+
+    def at(steps):
+        given = (omega[None], np.full((1, 2), 0.01), start, TIME[None, :120])
+        return swing(*given, [(contact.ABOVE, theta)], replace(two, steps=steps))[0]
+
+    assert np.abs(at(COARSE) - at(64 * FINE)).max() < 0.03 * AMPLITUDE
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_plain_friction_is_not_held_for_one_that_weakens(seed):
+    found = declared(channels(moved(dry_friction.EFFECT, (0.03, np.log(0.02)), seed=seed)))
+    best = judge(("dry_friction",), raced(found, dry_friction.EFFECT), found)
+    assert best.share > 0.8
+    assert not weakens(found, best)
+
+
+def test_friction_that_weakens_with_speed_is_told_from_plain_friction():
+    law = (0.12, np.log(0.02), 0.8, np.log(0.2))
+    found = declared(channels(moved(weakening_friction.FOIL, law)))
+    best = judge(("dry_friction",), raced(found, dry_friction.EFFECT), found)
+    assert weakens(found, best)
+
+
+def test_a_weakening_rub_is_plain_at_rest_and_weak_at_speed():
+    rest = SimpleNamespace(dx=np.zeros(1), h=0.0, memory=np.ones((1, 1)))
+    fast = SimpleNamespace(dx=np.full(1, 1e3), h=0.0, memory=np.ones((1, 1)))
+    theta = np.array([[0.1, np.log(0.02), 0.75, np.log(0.1)]])
+    slow, quick = (weakening_friction.FOIL.force(theta, setting(), s)[0] for s in (rest, fast))
+    assert slow == pytest.approx(dry_friction.force(theta, setting(), rest)[0])
+    assert quick == pytest.approx(slow / 4)
+
+
+def test_a_split_within_three_sigma_of_what_meshes_split_by_is_none():
+    known = SimpleNamespace(
+        theta=[np.array([[0.02, 0.02]])],
+        law=SimpleNamespace(setting=setting()),
+        frequency=OMEGA / (2 * np.pi),
+        parameters=np.zeros(4),
+        chi2=100.0,
+        samples=100,
+    )
+    for spread, named in ((0.006, True), (0.004, False)):
+        covariance = np.zeros((4, 4))
+        covariance[2, 2] = spread**2
+        one = SimpleNamespace(
+            **vars(known),
+            covariance=covariance,
+            coefficients=np.array([[1.0], [0.0]]),
+            column_shapes=lambda: [np.array([[0.0], [1.0]])],
+        )
+        assert bool(split_modes.veto(one)) is named
+
+
+def test_what_a_change_of_the_body_leaves_is_counted_beyond_free_modes():
+    before, free = (None, 1.0, 0.8), (0.1, 0.05)
+    assert _leaves(before, before, free) == pytest.approx(1.0)
+    assert _leaves((None, 0.1, 0.05), before, free) == 0.0
+    assert _leaves((None, 0.1, 0.4), before, free) == pytest.approx(0.5, rel=0.01)
+    assert _leaves((None, 0.1, 0.05), (None, 0.1, 0.05), free) == 0.0  # nothing shows
+
+
+def test_the_objects_middle_lies_behind_markers_on_its_front():
+    camera = SimpleNamespace(rows=np.eye(3))
+    markers = [SimpleNamespace(position=np.array([x, 0.0, 0.0])) for x in (-0.1, 0.1)]
+    data = SimpleNamespace(
+        take=SimpleNamespace(recording=SimpleNamespace(camera=camera, markers=markers))
+    )
+    box = np.array([[-0.2, -0.1, 0.0], [0.2, 0.1, 0.2]])
+    assert behind(box, data) == pytest.approx(0.1)
