@@ -19,7 +19,7 @@ from .foils import is_broken, weakens
 from .harmonic_inversion import invert
 from .law import TimeFit
 from .match import mac
-from .residual import NOISY, QUIET, excess, misfit, motion_rms, nrmse
+from .residual import NOISY, QUIET, excess, misfit, motion_rms, noise_share, nrmse
 from .time_layer import (
     EVIDENCE,
     MATERIAL,
@@ -44,6 +44,7 @@ APART = 0.03  # of its pitch that a further mode keeps from those known and thei
 RIVALS = 3  # single effects of which a second one is sought
 LOUD = 1.5  # noise units, rms: less motion than that decides nothing
 SWINGS = 1.5  # of the first mode that a fit must see
+FAR_OFF = 2.0  # times its noise, from which a held-out error is that of something not modelled
 FRAMES = 2.5  # a swing; below, a pitch may be a folded one
 
 
@@ -135,7 +136,7 @@ def _diagnose(declared: TimeFit, widen: Callable) -> Verdict:
     ranked = tuple(singles(declared))
     strong = [c for c in ranked if c.evidence > EVIDENCE]
     if (over < MATERIAL and not any(_shows(c, declared) for c in strong)) or (
-        not strong and declared.chi2 < NOISY * declared.samples
+        not strong and declared.chi2 < NOISY * declared.samples and not _strays(declared)
     ):
         minor = tuple((c.names[0], gained(declared, c.found)) for c in strong)
         return Verdict("adequate", chain, (), (), ranked, minor)
@@ -234,6 +235,12 @@ def _fails(declared: TimeFit) -> bool:
     """Whether what was held out is predicted worse than its noise allows."""
     left, count = misfit(declared.law.takes, declared.predicted, True)
     return left > NOISY * count
+
+
+def _strays(declared: TimeFit) -> bool:
+    """Whether what was held out is mispredicted by much more than noise."""
+    takes = declared.law.takes
+    return errors(declared)[0] > FAR_OFF * noise_share(takes, True) > 0
 
 
 def gained(before: TimeFit, after: TimeFit) -> float:

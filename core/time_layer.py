@@ -37,13 +37,13 @@ class Candidate:
     names: tuple[str, ...]
     found: TimeFit
     evidence: float  # gain in BIC over the declared fit, held-out misfit included
-    share: float  # of the excess over noise, fitted part
+    share: float  # of the excess over noise, fitted part; NaN where there is none
     held_share: float  # of the excess over noise, held-out part; NaN where there is none
 
     @property
     def confirmed(self) -> bool:
         """Accounts for most of the excess where it was fitted and where it was not."""
-        return self.share >= 0.8 and not self.held_share < 0.7
+        return not (self.share < 0.8 or self.held_share < 0.7)
 
 
 def judge(names, found: TimeFit, start: TimeFit) -> Candidate:
@@ -63,7 +63,7 @@ def _taken(found: TimeFit, start: TimeFit, held: bool) -> float:
     before, count = misfit(start.law.takes, start.predicted, held)
     after, _ = misfit(found.law.takes, found.predicted, held)
     over = before - count
-    if held and over < 0.5 * count:
+    if over <= (0.5 * count if held else 0):
         return np.nan
     return float((before - max(after, 0)) / max(over, 1e-9))
 
@@ -192,9 +192,10 @@ def singles(
     """The best candidate of every name that a score test promises something, best first."""
     best, names = {}, set()
     entries = _entries(start)
+    least = max([PROMISE, *(0.01 * promise.max() for promise, _, _ in entries[:1])])
     for promise, effect, begins in entries:
-        if promise.max() < max(PROMISE, 0.01 * entries[0][0].max()):
-            break
+        if promise.max() < least and not effect.clock:  # that may show where it was not fitted
+            continue
         if effect.name not in names and len(names) == most:
             continue
         names.add(effect.name)

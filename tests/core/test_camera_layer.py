@@ -52,6 +52,13 @@ def planted(kind, seed, folder):
     return truth, result, result.report["diagnosis"]
 
 
+def test_a_frame_lost_after_the_fitted_part_is_read_off_what_was_held_out(tmp_path):
+    _, result, diagnosis = planted("lost_frames", 617, tmp_path)
+    assert result.heard.declared.chi2 < 1.1 * result.heard.declared.samples  # all is well there
+    assert [e["name"] for e in diagnosis["effects"]] == ["lost_frames"]
+    assert result.report["error"]["after"] < 0.1 * result.report["error"]["before"]
+
+
 @pytest.mark.slow
 def test_a_folded_mode_is_named_with_its_true_pitch_and_baked_at_it(tmp_path):
     truth, result, diagnosis = planted("aliasing", 84, tmp_path)
