@@ -33,7 +33,11 @@ from .timefit import best_fit, extend, fit
 WEAK = 0.6  # likeness in shape less twice the difference in pitch that makes a weak mode known
 WEAKER = 0.4  # the same, where it takes most of what was left
 LESS = 0.5  # of that, rms, is then left at most
+NEIGHBOUR = 1.5  # times the strongest mode's pitch, within which another one may go unheard
+SHOWN = 0.7  # of that, rms, is left at most when it shows
+AUDIBLE = 0.05  # of the motion, rms, that must be left for that
 STRAY = 0.15  # of its pitch that a mode may move when all are fitted together
+CLOSE = 0.06  # the same, however near the next mode is
 LIVELY = 0.25  # damping ratio up to which a weak pole may be a mode
 MUCH = 0.3  # damping ratio beyond which it has run off, unless it was heard so
 FAINT = 0.02  # of the strongest mode's swing: below, a partner is not looked for
@@ -135,7 +139,36 @@ def _whole(ground: "_Ground", settled: tuple, rings: tuple):
         found = _with_all(wider, body, condition, rings)
         if not _strayed(found[0], wider[0].frequency, wider[0].damping_ratio).any():
             return found
-    return _with_all(settled, body, condition, rings)
+    return _with_all(_with_neighbour(ground, settled), body, condition, rings)
+
+
+def _with_neighbour(ground: "_Ground", settled: tuple) -> tuple:
+    """The settled fit with a low mode that was not heard beside a strong one, where it shows.
+
+    Two modes that lie close together sound as one while something bends their pitches.
+    """
+    free, _, matches = settled
+    condition = ground.condition[ground.fitted[0]]
+    match, frequency = matches[condition], ground.bodies[condition].modes.frequency
+    if excess(free) < AUDIBLE:
+        return settled
+    ratio = frequency / frequency[match.modes[0]]
+    apart = np.abs(np.log(frequency[:, None] / frequency[list(match.modes)])).min(axis=1)
+    for j in np.flatnonzero((np.abs(np.log(ratio)) < np.log(NEIGHBOUR)) & (apart > PAIR)):
+        ring = RingDown(
+            np.r_[free.frequency, free.frequency[0] * ratio[j]],
+            np.clip(np.r_[free.damping_ratio, free.damping_ratio[0]], 1e-4, 0.85),
+            np.zeros((len(match.modes) + 1, len(free.shapes[0]))),
+            np.zeros(len(free.shapes[0])),
+            ground.takes[ground.fitted[0]].sigma,
+            np.eye(2 * len(match.modes) + 2),
+        )
+        both = Match((*match.poles, match.poles[0]), (*match.modes, int(j)))
+        chosen = [_amplitudes(ground.takes[i], ring) for i in ground.fitted]
+        wider = _settled(ground, chosen, {condition: both})
+        if wider[2][condition] == both and excess(wider[0]) < SHOWN * excess(free):
+            return wider
+    return settled
 
 
 def _with_all(settled: tuple, body: Body, condition: int, rings: tuple):
@@ -150,7 +183,7 @@ def _with_all(settled: tuple, body: Body, condition: int, rings: tuple):
 def _strayed(found: TimeFit, heard: np.ndarray, z: np.ndarray) -> np.ndarray:
     """(K,) bool: modes that have left the pitch (Hz) or damping ratio that they were heard at."""
     away = np.abs(np.log(found.frequency / heard))
-    strayed = (away > STRAY) | (away > _to_nearest(found.frequency))
+    strayed = (away > STRAY) | (away > np.maximum(_to_nearest(found.frequency), CLOSE))
     strayed |= found.damping_ratio > np.maximum(MUCH, 2 * z)
     strayed[0] = False
     return strayed
