@@ -7,7 +7,7 @@ import numpy as np
 from .effects import weakening_friction
 from .effects.sudden_change import FOIL
 from .law import TimeFit
-from .residual import NOISY, QUIET
+from .residual import NOISY, QUIET, misfit
 from .time_layer import EVIDENCE, Candidate, judge, race
 from .timefit import best_fit, fit, screen, sharp
 
@@ -21,7 +21,9 @@ def is_broken(declared: TimeFit, best: Candidate) -> bool:
         return False
     begins = FOIL.starts(declared.law.setting, None)
     found = race(declared, FOIL, begins, screen(declared, FOIL, begins))
-    return _is_more(judge((FOIL.name,), found, declared), best, HALF)
+    rival = judge((FOIL.name,), found, declared)
+    more = rival.evidence > best.evidence + EVIDENCE
+    return more and 1 - rival.share < HALF * (1 - best.share)
 
 
 def weakens(declared: TimeFit, best: Candidate) -> bool:
@@ -29,19 +31,20 @@ def weakens(declared: TimeFit, best: Candidate) -> bool:
     if best.names[-1] != "dry_friction":
         return False
     plain = sharp(best.found)
-    if plain.chi2 < QUIET * plain.samples:
+    if _over(plain) < QUIET - 1:
         return False
     weak = _weakening(plain)
     again = _plain(weak, plain)  # the foil may only have led the way to a better plain one
     plain = min(plain, again, key=lambda found: found.chi2)
-    rival = judge(best.names, weak, declared)
-    return _is_more(rival, judge(best.names, plain, declared), WEAKENED)
+    before, after = (judge(best.names, found, declared).evidence for found in (plain, weak))
+    return after > before + EVIDENCE and _over(weak) < WEAKENED * _over(plain)
 
 
-def _is_more(rival: Candidate, best: Candidate, left: float) -> bool:
-    """Whether it has clearly more evidence, and leaves less than that share of what `best` does."""
-    more = rival.evidence > best.evidence + EVIDENCE
-    return more and 1 - rival.share < left * (1 - best.share)
+def _over(found: TimeFit) -> float:
+    """Misfit beyond noise per sample, of those fitted and those held out."""
+    parts = [misfit(found.law.takes, found.predicted, held) for held in (False, True)]
+    left, count = (sum(part) for part in zip(*parts, strict=True))
+    return left / max(count, 1) - 1
 
 
 def _weakening(rubbing: TimeFit) -> TimeFit:
