@@ -10,35 +10,30 @@ from .channels import Channels
 from .data import Case, ElasticModel, RingDown, poles, replace
 from .effects.partner import partner
 from .further import with_further
-from .harmonic_inversion import invert
 from .law import Law, TimeFit
 from .lens import straightened
 from .listen import listen
 from .match import (
-    PAIR,
     Match,
     align,
     has_twin,
-    is_driven,
-    likeness,
     match_modes,
     pursue,
     select,
     turning,
 )
-from .residual import QUIET, excess
+from .residual import excess
 from .shutter import at_once
 from .timefit import best_fit, extend, fit
+from .unheard import neighbours, weak_modes
 
 WEAK = 0.6  # likeness in shape less twice the difference in pitch that makes a weak mode known
 WEAKER = 0.4  # the same, where it takes most of what was left
 LESS = 0.5  # of that, rms, is then left at most
-NEIGHBOUR = 1.5  # times the strongest mode's pitch, within which another one may go unheard
 SHOWN = 0.7  # of that, rms, is left at most when it shows
 AUDIBLE = 0.05  # of the motion, rms, that must be left for that
 STRAY = 0.15  # of its pitch that a mode may move when all are fitted together
 CLOSE = 0.06  # the same, however near the next mode is
-LIVELY = 0.25  # damping ratio up to which a weak pole may be a mode
 MUCH = 0.3  # damping ratio beyond which it has run off, unless it was heard so
 FAINT = 0.02  # of the strongest mode's swing: below, a partner is not looked for
 PAIR_SHARE = 0.2  # of what is left that it must take: less may be what acts in time
@@ -128,7 +123,7 @@ def _whole(ground: "_Ground", settled: tuple, rings: tuple):
         return _with_all(settled, body, condition, rings)
     tried, wider = None, None
     for alike in (WEAKER, WEAK):
-        weak = _weak_modes(free, body, first, alike)
+        weak = weak_modes(free, body, first, alike)
         if weak is None:
             break
         if weak[1].modes != tried:
@@ -143,27 +138,13 @@ def _whole(ground: "_Ground", settled: tuple, rings: tuple):
 
 
 def _with_neighbour(ground: "_Ground", settled: tuple) -> tuple:
-    """The settled fit with a low mode that was not heard beside a strong one, where it shows.
-
-    Two modes that lie close together sound as one while something bends their pitches.
-    """
+    """The settled fit with a low mode that was not heard beside a strong one, where it shows."""
     free, _, matches = settled
     condition = ground.condition[ground.fitted[0]]
     match, frequency = matches[condition], ground.bodies[condition].modes.frequency
     if excess(free) < AUDIBLE:
         return settled
-    ratio = frequency / frequency[match.modes[0]]
-    apart = np.abs(np.log(frequency[:, None] / frequency[list(match.modes)])).min(axis=1)
-    for j in np.flatnonzero((np.abs(np.log(ratio)) < np.log(NEIGHBOUR)) & (apart > PAIR)):
-        ring = RingDown(
-            np.r_[free.frequency, free.frequency[0] * ratio[j]],
-            np.clip(np.r_[free.damping_ratio, free.damping_ratio[0]], 1e-4, 0.85),
-            np.zeros((len(match.modes) + 1, len(free.shapes[0]))),
-            np.zeros(len(free.shapes[0])),
-            ground.takes[ground.fitted[0]].sigma,
-            np.eye(2 * len(match.modes) + 2),
-        )
-        both = Match((*match.poles, match.poles[0]), (*match.modes, int(j)))
+    for ring, both in neighbours(free, match, frequency):
         chosen = [_amplitudes(ground.takes[i], ring) for i in ground.fitted]
         wider = _settled(ground, chosen, {condition: both})
         if wider[2][condition] == both and excess(wider[0]) < SHOWN * excess(free):
@@ -193,47 +174,6 @@ def _straightened(ground: "_Ground", turns, index: int) -> Channels:
     turn = turns[ground.condition[index]]
     data, body = ground.takes[index], ground.bodies[ground.condition[index]]
     return data if turn is None else straightened(data, body, turn)
-
-
-def _weak_modes(
-    found: TimeFit, body: Body, match: Match, alike: float
-) -> tuple[RingDown, Match] | None:
-    """The poles with those that only the residual shows, where they are modes of the body.
-
-    A weak mode hides behind strong ones until those are taken off; it counts when its pitch and
-    its shape are those of a computed mode that was not matched yet; `alike`: how nearly.
-    """
-    law = found.law
-    data = law.takes[law.fitted[0]]
-    left = (data.values - found.predicted[law.fitted[0]])[data.fit]
-    on = ~data.support
-    if found.chi2 < QUIET * found.samples:
-        return None
-    rest = invert(data.time[data.fit], left[:, on], noise=data.sigma[on], max_modes=6)
-    scale = found.frequency[0] / body.modes.frequency[match.modes[0]]
-    seen, frequency = body.seen(data), body.modes.frequency * scale
-    new_f, new_z, modes = list(found.frequency), list(found.damping_ratio), list(match.modes)
-    own, pole = (poles(one.frequency, one.damping_ratio) for one in (found, rest))
-    driven = is_driven(pole, np.ptp(data.time[data.fit]), own)
-    for k in np.flatnonzero(~driven & (rest.damping_ratio < LIVELY)):
-        amplitude = rest.amplitude[k]
-        shape = np.zeros(len(on))
-        shape[on] = real_shapes(amplitude[None])[0][0]
-        f, z = rest.frequency[k], rest.damping_ratio[k]
-        fits = [
-            (likeness(shape, seen, frequency, j) - 2 * abs(np.log(f / frequency[j])), j)
-            for j in range(len(frequency))
-            if all(m != j and abs(frequency[m] / frequency[j] - 1) > PAIR for m in modes)
-        ]
-        quality, j = max(fits, default=(0.0, None))
-        if quality > alike:
-            new_f, new_z, modes = [*new_f, f], [*new_z, z], [*modes, j]
-    if len(modes) == len(match.modes):
-        return None
-    m = len(modes)
-    ring = RingDown(new_f, np.clip(new_z, 1e-4, 0.85), np.zeros((m, len(on))), np.zeros(len(on)),
-                    data.sigma, np.eye(2 * m))  # fmt: skip
-    return _amplitudes(data, ring), Match(match.poles + (0,) * (m - len(match.modes)), tuple(modes))
 
 
 def _apart(takes, condition) -> tuple[int, ...]:

@@ -180,3 +180,10 @@ def test_a_marker_that_wanders_at_random_is_set_aside(tmp_path):
     assert (
         found["parameters"]["markers"]["value"] == truth["parameters"]["tracker_drift"]["markers"]
     )
+
+
+def test_a_mode_that_goes_unheard_beside_a_strong_one_is_tried(tmp_path):
+    make("asymmetric_stiffness", 617, tmp_path)  # a bar that swings both ways, bent by a stop
+    result = calibrate_case(tmp_path / "case.toml")
+    assert {0, 1} <= set(result.heard.match.modes)
+    assert [e["name"] for e in result.report["diagnosis"]["effects"]] == ["asymmetric_stiffness"]

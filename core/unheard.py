@@ -1,0 +1,76 @@
+"""Modes of the body that the harmonic inversion did not hear, as poles to be tried."""
+
+import numpy as np
+
+from .baseline import real_shapes
+from .body import Body
+from .data import RingDown, poles
+from .harmonic_inversion import invert
+from .law import TimeFit
+from .match import PAIR, Match, is_driven, likeness
+from .residual import QUIET
+
+LIVELY = 0.25  # damping ratio up to which a weak pole may be a mode
+NEIGHBOUR = 1.5  # times the strongest mode's pitch, within which another one may go unheard
+
+
+def weak_modes(
+    found: TimeFit, body: Body, match: Match, alike: float
+) -> tuple[RingDown, Match] | None:
+    """The poles with those that only the residual shows, where they are modes of the body.
+
+    A weak mode hides behind strong ones until those are taken off; it counts when its pitch and
+    its shape are those of a computed mode that was not matched yet; `alike`: how nearly. Their
+    amplitudes are yet to be fitted.
+    """
+    law = found.law
+    data = law.takes[law.fitted[0]]
+    left = (data.values - found.predicted[law.fitted[0]])[data.fit]
+    on = ~data.support
+    if found.chi2 < QUIET * found.samples:
+        return None
+    rest = invert(data.time[data.fit], left[:, on], noise=data.sigma[on], max_modes=6)
+    scale = found.frequency[0] / body.modes.frequency[match.modes[0]]
+    seen, frequency = body.seen(data), body.modes.frequency * scale
+    new_f, new_z, modes = list(found.frequency), list(found.damping_ratio), list(match.modes)
+    own, pole = (poles(one.frequency, one.damping_ratio) for one in (found, rest))
+    driven = is_driven(pole, np.ptp(data.time[data.fit]), own)
+    for k in np.flatnonzero(~driven & (rest.damping_ratio < LIVELY)):
+        amplitude = rest.amplitude[k]
+        shape = np.zeros(len(on))
+        shape[on] = real_shapes(amplitude[None])[0][0]
+        f, z = rest.frequency[k], rest.damping_ratio[k]
+        fits = [
+            (likeness(shape, seen, frequency, j) - 2 * abs(np.log(f / frequency[j])), j)
+            for j in range(len(frequency))
+            if all(m != j and abs(frequency[m] / frequency[j] - 1) > PAIR for m in modes)
+        ]
+        quality, j = max(fits, default=(0.0, None))
+        if quality > alike:
+            new_f, new_z, modes = [*new_f, f], [*new_z, z], [*modes, j]
+    if len(modes) == len(match.modes):
+        return None
+    return _bare(new_f, new_z, data.sigma), Match(
+        match.poles + (0,) * (len(modes) - len(match.modes)), tuple(modes)
+    )
+
+
+def neighbours(found: TimeFit, match: Match, frequency: np.ndarray):
+    """The poles with that of a computed mode (m,) Hz beside the strongest one, one after another.
+
+    Two modes that lie close together sound as one while something bends their pitches.
+    """
+    ratio = frequency / frequency[match.modes[0]]
+    apart = np.abs(np.log(frequency[:, None] / frequency[list(match.modes)])).min(axis=1)
+    sigma = found.law.takes[found.law.fitted[0]].sigma
+    for j in np.flatnonzero((np.abs(np.log(ratio)) < np.log(NEIGHBOUR)) & (apart > PAIR)):
+        f, z = found.frequency, found.damping_ratio
+        ring = _bare(np.r_[f, f[0] * ratio[j]], np.r_[z, z[0]], sigma)
+        yield ring, Match((*match.poles, match.poles[0]), (*match.modes, int(j)))
+
+
+def _bare(frequency, damping_ratio, sigma: np.ndarray) -> RingDown:
+    """Poles (m,) whose amplitudes are yet to be fitted."""
+    m, C = len(frequency), len(sigma)
+    z = np.clip(damping_ratio, 1e-4, 0.85)
+    return RingDown(frequency, z, np.zeros((m, C)), np.zeros(C), sigma, np.eye(2 * m))
