@@ -21,6 +21,7 @@ from .modal_layer import (
     Measured,
     Suspect,
     compare,
+    rematched,
     suspects,
 )
 from .report import estimate
@@ -192,7 +193,10 @@ def _ground(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     shrink = 1 / (1 + stiff)
     values = (2 * np.pi * body.modes.frequency) ** 2 * shrink
     base = compare(measured, values, body.seen(data), unit)
-    return None if base is None else Ground(body, data, measured, base, shrink, pull)
+    if base is None:
+        return None
+    base = rematched(measured, values, body.seen(data), unit, base)
+    return Ground(body, data, measured, base, shrink, pull)
 
 
 def _moved(final: TimeFit, declared: TimeFit) -> float:

@@ -21,6 +21,7 @@ from .match import PAIR
 PITCH_FLOOR = 0.004  # relative error of a computed pitch that convergence does not see
 SHAPE_FLOOR = 0.02  # of a shape's largest entry
 PIECES = 6.0  # independent pieces of evidence in one shape, however many channels show it
+LIKE = 0.4  # MAC from which a computed mode may be a measured one
 CHOICES = 10  # places or axes whose numbers are refined
 LIMIT = 3.84  # rise of chi2 within which a parameter is not told from the best one, 95 %
 HALVINGS = 5  # of the step that looks for it
@@ -86,9 +87,26 @@ def compare(measured: Measured, values, shapes, unit=None) -> Hypothesis | None:
     return best
 
 
+def rematched(measured: Measured, values, shapes, unit, found: Hypothesis) -> Hypothesis:
+    """The hypothesis with another computed mode for a measured one where that fits better.
+
+    Two computed modes that lie close together may change places from mesh to mesh, and a body
+    that is as declared must not pay for it. Arguments as `compare` has them.
+    """
+    own = np.sqrt(np.maximum(values, 1e-300)) / (2 * np.pi)
+    alike = _alike(measured.shapes, shapes, own)
+    for k in range(1, len(found.modes)):
+        for j in np.flatnonzero(alike[:, k] > LIKE):
+            modes = (*found.modes[:k], int(j), *found.modes[k + 1 :])
+            if len(set(modes)) == len(modes):
+                other = _at_best_modulus(measured, own, shapes, modes, unit)
+                found = min(found, other, key=lambda one: one.chi2)
+    return found
+
+
 def _partners(measured, own, alike, first) -> tuple[int, ...] | None:
     """Computed mode of every measured one by likeness (m, K), the first one being `first`."""
-    if alike[first, 0] < 0.4:
+    if alike[first, 0] < LIKE:
         return None
     scale = measured.frequency[0] / own[first]
     taken = [first]
