@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from .law import Law, unpack, widths
+from .linear_part import regressors
 
 
-def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int, basis_of) -> np.ndarray:
+def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.ndarray:
     """(T, C) of a whole held-out take: all is known but its start, fitted where `fit` says.
 
     Its offsets are those of the first fitted take of its condition; motions that belong to a
@@ -36,7 +37,7 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int, basis_o
     def guess(starts, strength):
         P = np.tile(lead, (len(starts), 1))
         P[:, 2 * K : 4 * K] = starts
-        basis = basis_of(one, unpack(one, P, 0), 0)[0]
+        basis = regressors(one, unpack(one, P, 0), 0)[0]
         scaled = known.copy()
         scaled[:, law.own + 1 + traces :] *= strength  # a force's trace follows its own motion
         return np.swapaxes((basis @ scaled[None, :, :, None])[..., 0], 1, 2)

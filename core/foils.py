@@ -1,15 +1,11 @@
 """Laws that are no effects of the library, against which the best effect is weighed."""
 
-from dataclasses import replace
-
-import numpy as np
-
 from .effects import weakening_friction
 from .effects.sudden_change import FOIL
 from .law import TimeFit
 from .residual import NOISY, QUIET, misfit
 from .time_layer import EVIDENCE, Candidate, judge, race
-from .timefit import best_fit, fit, screen, sharp
+from .timefit import best_fit, fit, screen, sharp, swapped
 
 HALF = 0.5  # of what the best effect leaves is what a sudden change may leave to be the cause
 WEAKENED = 0.7  # the same of a friction's own law, freed to weaken
@@ -33,8 +29,13 @@ def weakens(declared: TimeFit, best: Candidate) -> bool:
     plain = sharp(best.found)
     if _over(plain) < QUIET - 1:
         return False
-    weak = _weakening(plain)
-    again = _plain(weak, plain)  # the foil may only have led the way to a better plain one
+    begins = weakening_friction.starts(plain.theta[-1][0])
+    law, starts = swapped(plain, weakening_friction.FOIL, begins)
+    weak = best_fit(law, starts, evaluations=20)
+    # the foil may only have led the way to a better plain one
+    begins = [weakening_friction.without(weak.theta[-1][0])]
+    law, starts = swapped(weak, plain.law.effects[-1], begins)
+    again = fit(law, starts[0], evaluations=20)
     plain = min(plain, again, key=lambda found: found.chi2)
     before, after = (judge(best.names, found, declared).evidence for found in (plain, weak))
     return after > before + EVIDENCE and _over(weak) < WEAKENED * _over(plain)
@@ -45,19 +46,3 @@ def _over(found: TimeFit) -> float:
     parts = [misfit(found.law.takes, found.predicted, held) for held in (False, True)]
     left, count = (sum(part) for part in zip(*parts, strict=True))
     return left / max(count, 1) - 1
-
-
-def _weakening(rubbing: TimeFit) -> TimeFit:
-    """The fit with its dry friction, the last effect, free to weaken with speed."""
-    foil, theta = weakening_friction.FOIL, rubbing.theta[-1][0]
-    law = replace(rubbing.law, effects=(*rubbing.law.effects[:-1], foil))
-    outer = rubbing.parameters[: len(rubbing.parameters) - len(theta)]
-    starts = [np.r_[outer, start] for start in weakening_friction.starts(theta)]
-    return best_fit(law, np.array(starts), evaluations=20)
-
-
-def _plain(weak: TimeFit, plain: TimeFit) -> TimeFit:
-    """Dry friction fitted from where the weakening one stands."""
-    theta, law = weak.theta[-1][0], plain.law
-    outer = weak.parameters[: len(weak.parameters) - len(theta)]
-    return fit(law, np.r_[outer, weakening_friction.without(theta)], evaluations=20)

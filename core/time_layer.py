@@ -17,7 +17,7 @@ from .effects.base import FINE, Effect
 from .law import TRUST, TimeFit
 from .residual import misfit, nrmse
 from .simulate import COARSE
-from .timefit import best_fit, extend, fit, instead, screen
+from .timefit import best_fit, extend, fit, instead, screen, swapped
 
 EVIDENCE = 20.0  # least gain in BIC (Kass and Raftery 1995 call 10 very strong)
 MATERIAL = 0.005  # least share of the motion's RMS
@@ -217,10 +217,8 @@ def refuted(found: TimeFit) -> bool:
     if effect.rival is None:
         return False
     plain = effect.rival(found)
-    law = replace(found.law, effects=(*found.law.effects[:-1], plain))
-    own = len(found.theta[-1][0])
-    start = np.r_[found.parameters[: len(found.parameters) - own], plain.starts(None, None)[0]]
-    return fit(law, start, evaluations=15).chi2 < found.chi2 + PROMISE
+    law, starts = swapped(found, plain, plain.starts(None, None)[:1])
+    return fit(law, starts[0], evaluations=15).chi2 < found.chi2 + PROMISE
 
 
 def pairs(start: TimeFit, ranked: list[Candidate]) -> list[Candidate]:

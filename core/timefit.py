@@ -13,7 +13,7 @@ import numpy as np
 from .ahead import ahead
 from .effects.base import FINE, Effect
 from .law import Law, TimeFit, bounds, unpack
-from .linear_part import left_over, march, regressors, residuals, solve
+from .linear_part import left_over, march, residuals, solve
 
 
 def _cut(law: Law, horizon: float) -> Law:
@@ -185,7 +185,7 @@ def conclude(law: Law, p: np.ndarray, jac: np.ndarray) -> TimeFit:
     inverse = np.linalg.pinv((jac / scale).T @ (jac / scale), rcond=1e-12)
     for index, data in enumerate(law.takes):
         if data.take.held_out:
-            predicted[index] = ahead(law, p, coefficients, index, regressors)
+            predicted[index] = ahead(law, p, coefficients, index)
     return TimeFit(
         law=law,
         parameters=p,
@@ -222,15 +222,22 @@ def without(found: TimeFit, i: int) -> TimeFit:
     return fit(law, np.concatenate([outer, *(theta[k][0] for k in kept)]), evaluations=20)
 
 
+def swapped(found: TimeFit, effect: Effect, thetas: list) -> tuple[Law, np.ndarray]:
+    """The law with another effect in the last one's place, and where to start from (S, p)."""
+    law = replace(found.law, effects=(*found.law.effects[:-1], effect))
+    outer = found.parameters[: len(found.parameters) - len(found.theta[-1][0])]
+    return law, np.array([np.r_[outer, theta] for theta in thetas])
+
+
 def instead(found: TimeFit, effect: Effect) -> TimeFit | None:
     """Fitted again with another one in the last effect's place, if it does better there at once.
 
     Both have no parameters of their own.
     """
-    law = replace(found.law, effects=(*found.law.effects[:-1], effect))
-    if (residuals(law, found.parameters[None]) ** 2).sum() >= found.chi2:
+    law, starts = swapped(found, effect, [()])
+    if (residuals(law, starts) ** 2).sum() >= found.chi2:
         return None
-    return fit(law, found.parameters, evaluations=6)
+    return fit(law, starts[0], evaluations=6)
 
 
 def trajectories(found: TimeFit, time: np.ndarray) -> tuple[np.ndarray, list]:

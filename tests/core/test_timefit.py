@@ -1,5 +1,6 @@
-"""The fit of the time layer on motions planted by closed forms and a much finer march."""
+"""The fit of the time layer on motions of one mode, integrated here by another rule."""
 
+import math
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -14,6 +15,7 @@ from core.effects.base import FINE
 from core.findings import _leaves
 from core.foils import weakens
 from core.linear_part import solve
+from core.modal_layer import Measured, compare, rematched
 from core.simulate import COARSE, swing
 from core.time_layer import judge, race
 from core.timefit import best_fit, extend, fit, screen, sharp
@@ -22,6 +24,7 @@ from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
 RATE, SECONDS, NOISE = 120, 4.0, 0.01 * AMPLITUDE
 TIME = np.arange(int(RATE * SECONDS)) / RATE
 SHAPE = np.array([1.0, 0.6, -0.3, 0.1])
+W = float(OMEGA[0])
 
 
 def channels(values, sigma=NOISE):
@@ -44,22 +47,57 @@ def channels(values, sigma=NOISE):
     )
 
 
-def moved(effect, theta, zeta=0.02, seed=0):
-    """(T, C) a mode with a force, marched 128 times as finely as the fit does."""
-    start = np.array([[[AMPLITUDE], [0.0]]])
-    fine = replace(setting(zeta), steps=128 * FINE)
-    forces = [(effect, np.array([theta], float))] if effect else []
-    u = swing(OMEGA[None], np.array([[zeta]]), start, TIME[None], forces, fine)[0][0, :, 0]
-    return np.outer(u, SHAPE) + NOISE * np.random.default_rng(seed).standard_normal((len(u), 4))
+class Stop:
+    """A spring of `k` times the mode's own beyond `gap` amplitudes, on one side."""
+
+    def __init__(self, gap, k):
+        self.gap, self.k = gap * AMPLITUDE, k
+
+    def pull(self, x, v, t, h):
+        return -self.k * W**2 * max(0.0, x - self.gap)
 
 
-def declared(data, takes=1, condition=(0,)):
-    """The linear fit of one mode to one recording, or the same recording several times."""
+class Softening:
+    """The stiffness falls by `share` within a quarter period at the instant `when`."""
+
+    def __init__(self, share, when):
+        self.share, self.when = share, when
+
+    def pull(self, x, v, t, h):
+        return self.share * W**2 * x * min(max((t - self.when) * 20 + 0.5, 0.0), 1.0)
+
+
+class Rub:
+    """Coulomb's force of `size` times the mode's own at first, through a bristle; may weaken."""
+
+    def __init__(self, size, travel, weaker=0.0, pace=1.0):
+        self.size, self.travel = size * W**2 * AMPLITUDE, travel * AMPLITUDE
+        self.weaker, self.pace, self.z = weaker, pace * W * AMPLITUDE, 0.0
+
+    def pull(self, x, v, t, h):
+        self.z = min(max(self.z + v * h / self.travel, -1.0), 1.0)
+        return -self.size * self.z * (1 - self.weaker * (1 - math.exp(-((v / self.pace) ** 2))))
+
+
+def moved(force=None, shape=SHAPE, zeta=0.02, seed=0):
+    """(T, C) a mode of 5 Hz with a force, by symplectic Euler's rule in 400 steps a frame."""
+    h, x, v, u = 1 / (400 * RATE), AMPLITUDE, 0.0, []
+    for i in range(400 * len(TIME)):
+        if i % 400 == 0:
+            u.append(x)
+        own = force.pull(x, v, i * h, h) if force else 0.0
+        v += h * (own - 2 * zeta * W * v - W**2 * x)
+        x += h * v
+    return np.outer(u, shape) + NOISE * np.random.default_rng(seed).standard_normal((len(u), 4))
+
+
+def declared(*data, condition=(0,)):
+    """The linear fit of one mode to the recordings."""
     amplitude = (AMPLITUDE * SHAPE)[None].astype(complex)
     ring = RingDown(
         np.array([5.0]), np.array([0.03]), amplitude, np.zeros(4), np.full(4, NOISE), np.eye(2)
     )
-    law, p = build_law([ring] * takes, (data,) * takes, condition)
+    law, p = build_law([ring] * len(data), data, condition)
     return fit(replace(law, setting=replace(law.setting, paired=False)), p, evaluations=40)
 
 
@@ -69,11 +107,10 @@ def raced(found, effect):
 
 
 def test_the_linear_part_is_that_of_least_squares_a_channel():
-    values = moved(None, None)
+    values = moved()
     values[20:30, 1] = np.nan
-    law = declared(channels(values)).law
-    P = declared(channels(values)).parameters[None]
-    solved = solve(law, P)
+    found = declared(channels(values))
+    solved = solve(found.law, found.parameters[None])
     for c in range(4):
         use = solved.uses[0][:, c]
         basis = solved.bases[0][0, 0]
@@ -83,16 +120,17 @@ def test_the_linear_part_is_that_of_least_squares_a_channel():
 
 @pytest.mark.parametrize("condition", [(0, 0), (0, 1)])
 def test_takes_share_shapes_within_a_condition_only(condition):
-    one = declared(channels(moved(None, None)))
-    two = declared(channels(moved(None, None)), 2, condition)
-    shared = solve(two.law, two.parameters[None])
-    head = two.law.own * two.law.conditions
-    assert shared.coefficients.shape[2] == head + 2
-    assert two.shapes == pytest.approx(one.shapes, rel=1e-3)
+    other = np.array([1.0, 0.2, 0.3, -0.4])
+    found = declared(channels(moved()), channels(moved(shape=other)), condition=condition)
+    shapes = solve(found.law, found.parameters[None]).coefficients[0, :, : found.law.conditions].T
+    if condition == (0, 1):
+        assert shapes == pytest.approx(np.array([SHAPE, other]), abs=0.01)
+    else:  # one shape for both, between them
+        assert shapes == pytest.approx((SHAPE + other)[None] / 2, abs=0.03)
 
 
 def test_the_best_of_two_starts_is_found_whichever_comes_first():
-    found = declared(channels(moved(contact.ABOVE, (0.5, np.log(6.0)))))
+    found = declared(channels(moved(Stop(0.5, 6.0))))
     tries = [extend(found, (contact.ABOVE,), [start]) for start in ((0.45, 1.5), (0.9, -4.0))]
     law, starts = tries[0][0], np.array([p for _, p in tries])
     both = best_fit(law, starts)
@@ -102,7 +140,7 @@ def test_the_best_of_two_starts_is_found_whichever_comes_first():
 
 
 def test_a_hard_stop_is_searched_in_fine_steps_and_found():
-    found = raced(declared(channels(moved(contact.ABOVE, (0.5, np.log(6.0))))), contact.ABOVE)
+    found = raced(declared(channels(moved(Stop(0.5, 6.0)))), contact.ABOVE)
     assert found.law.setting.steps == FINE
     found = sharp(found)
     assert found.chi2 < 1.2 * found.samples
@@ -110,7 +148,7 @@ def test_a_hard_stop_is_searched_in_fine_steps_and_found():
 
 
 def test_what_was_searched_in_coarse_steps_is_told_in_fine_ones():
-    found = declared(channels(moved(sudden_change.FOIL, (-0.1, 0.3))))
+    found = declared(channels(moved(Softening(0.1, 0.8))))
     coarse = raced(found, sudden_change.FOIL)
     assert coarse.law.setting.steps == COARSE
     fine = sharp(coarse)
@@ -136,15 +174,14 @@ def test_high_modes_see_as_many_steps_as_they_need():
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_plain_friction_is_not_held_for_one_that_weakens(seed):
-    found = declared(channels(moved(dry_friction.EFFECT, (0.03, np.log(0.02)), seed=seed)))
+    found = declared(channels(moved(Rub(0.03, 0.02), seed=seed)))
     best = judge(("dry_friction",), raced(found, dry_friction.EFFECT), found)
     assert best.share > 0.8
     assert not weakens(found, best)
 
 
 def test_friction_that_weakens_with_speed_is_told_from_plain_friction():
-    law = (0.12, np.log(0.02), 0.8, np.log(0.2))
-    found = declared(channels(moved(weakening_friction.FOIL, law)))
+    found = declared(channels(moved(Rub(0.12, 0.02, weaker=0.8, pace=0.2))))
     best = judge(("dry_friction",), raced(found, dry_friction.EFFECT), found)
     assert weakens(found, best)
 
@@ -195,3 +232,16 @@ def test_the_objects_middle_lies_behind_markers_on_its_front():
     )
     box = np.array([[-0.2, -0.1, 0.0], [0.2, 0.1, 0.2]])
     assert behind(box, data) == pytest.approx(0.1)
+
+
+def test_computed_modes_that_change_places_are_matched_by_what_fits():
+    shapes = np.array([[1.0, 0.5, 0.2], [0.1, 1.0, -0.9], [0.2, 1.0, -0.5]])
+    computed = np.array([5.0, 30.0, 31.0])
+    measured = Measured(
+        np.array([5.0, 31.0]), np.full(2, 0.005), shapes[[0, 1]], np.full((2, 3), 0.2)
+    )
+    values = (2 * np.pi * computed) ** 2
+    first = compare(measured, values, shapes)
+    assert first.modes == (0, 1)  # by the shape, though its pitch is the other's
+    found = rematched(measured, values, shapes, None, first)
+    assert found.modes == (0, 2) and found.chi2 < first.chi2
