@@ -133,7 +133,8 @@ def _diagnose(declared: TimeFit, widen: Callable) -> Verdict:
     over = excess(declared)
     if over < MATERIAL and declared.chi2 < QUIET * declared.samples and not _fails(declared):
         return Verdict("adequate", chain, (), (), (), ())
-    ranked = tuple(singles(declared))
+    able = singles(declared)
+    ranked = tuple(c for c in able if not c.outdone)
     strong = [c for c in ranked if c.evidence > EVIDENCE]
     if (over < MATERIAL and not any(_shows(c, declared) for c in strong)) or (
         not strong and declared.chi2 < NOISY * declared.samples and not _strays(declared)
@@ -150,7 +151,10 @@ def _diagnose(declared: TimeFit, widen: Callable) -> Verdict:
         if weakens(declared, strong[0]):
             return _partly(chain, strong[0], strong, ranked)
         return _add_second(chain, strong, ranked, over)
-    both = [c for c in pairs(declared, strong) if sufficient(c, ENOUGH_BOTH)]
+    doubtful = [c for c in able if c.outdone]
+    beam = sorted([*strong, *doubtful], key=lambda c: -c.evidence)
+    found = _polished(pairs(declared, beam), declared, widen)
+    both = [c for c in found if sufficient(c, ENOUGH_BOTH)]
     if both and is_broken(declared, both[0]):
         return Verdict("unexplained", chain, (), (), ranked, ())
     one = _one_of(declared, both[0].found, over, strong[0]) if both else None
@@ -175,6 +179,17 @@ def _partly(chain, best: Candidate, strong: list[Candidate], ranked) -> Verdict:
     """Not explained, but `best` takes its part."""
     chain += ((best.names[0], best.found),)
     return Verdict("unexplained", chain, (best,), (twins_of(best, strong),), ranked, ())
+
+
+def _polished(found: list[Candidate], declared: TimeFit, widen: Callable) -> list[Candidate]:
+    """The candidates, the best ones with the modes that they lay bare."""
+    best = [
+        max(c, judge(c.names, widen(c.found), declared), key=lambda one: one.evidence)
+        if c.found.chi2 > NOISY * c.found.samples
+        else c
+        for c in found[:RIVALS]
+    ]
+    return sorted([*best, *found[RIVALS:]], key=lambda c: -c.evidence)
 
 
 def _widened(strong: list[Candidate], declared: TimeFit, widen: Callable) -> list[Candidate]:
@@ -237,10 +252,10 @@ def _fails(declared: TimeFit) -> bool:
     return left > NOISY * count
 
 
-def _strays(declared: TimeFit) -> bool:
+def _strays(found: TimeFit) -> bool:
     """Whether what was held out is mispredicted by much more than noise."""
-    takes = declared.law.takes
-    return errors(declared)[0] > FAR_OFF * noise_share(takes, True) > 0
+    takes = found.law.takes
+    return errors(found)[0] > FAR_OFF * noise_share(takes, True) > 0
 
 
 def gained(before: TimeFit, after: TimeFit) -> float:
@@ -254,7 +269,7 @@ def sufficient(candidate: Candidate, enough: float) -> bool:
     nearly = candidate.found.chi2 < NOISY * count
     found = candidate.found.law.effects[-len(candidate.names) :]
     nearly |= candidate.share >= (ALL if all(e.free for e in found) else enough)
-    return nearly and not candidate.held_share < ENOUGH_HELD
+    return nearly and not candidate.held_share < (ALL if _strays(candidate.found) else ENOUGH_HELD)
 
 
 def twins_of(candidate: Candidate, others) -> tuple[str, ...]:
@@ -280,7 +295,8 @@ def _add_second(chain, strong: list[Candidate], ranked, over: float) -> Verdict:
         left = best.found.chi2 - best.found.samples  # no pair can gain more than this over the best
         tries = []
         for first in [c for c in strong[:RIVALS] if c.evidence >= best.evidence - left]:
-            found = [c for c in singles(first.found, first.names, most=4) if c.evidence > EVIDENCE]
+            more = singles(first.found, first.names, most=4)
+            found = [c for c in more if c.evidence > EVIDENCE and not c.outdone]
             tries.append((first, found))
         able = [t for t in tries if t[1] and _counts_second(t[0], t[1][0], over)]
         best, more = max(able, key=lambda t: t[0].evidence + t[1][0].evidence, default=tries[0])

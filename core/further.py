@@ -123,7 +123,9 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
     known = list(own)
     paired = has_twin(match.modes, body.modes.frequency)
     usual = np.median(found.damping_ratio)
-    q, _ = np.linalg.qr(body.seen(data)[:SPAN, on].T)
+    seen = body.seen(data)[:SPAN, on]
+    q, _ = np.linalg.qr(seen.T)
+    free = [j for j in range(len(seen)) if j not in match.modes]
     out = []
     for f, z, amplitude in zip(ring.frequency, ring.damping_ratio, ring.amplitude, strict=True):
         shape = real_shapes(amplitude[None])[0][0]
@@ -131,7 +133,14 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
         if (
             f > LOWEST * scale * body.modes.frequency[0]
             and ALIKE[0] * usual < z < ALIKE[1] * usual
-            and mac(shape, found.shapes[0, on]) < SAME
+            and (
+                mac(shape, found.shapes[0, on]) < SAME
+                or any(
+                    abs(np.log(f / scale / body.modes.frequency[j])) < APART
+                    and mac(shape, seen[j]) > BODILY
+                    for j in free
+                )
+            )
             and bodily > BODILY
             and _clear(f, known, TWIN if paired else APART)
         ):

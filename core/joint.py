@@ -22,7 +22,7 @@ from .match import (
     select,
     turning,
 )
-from .residual import excess
+from .residual import NOISY, excess
 from .shutter import at_once
 from .timefit import best_fit, extend, fit
 from .unheard import neighbours, weak_modes
@@ -90,11 +90,27 @@ def hear(case: Case, bare: ElasticModel, find_release) -> Heard:
         takes, ground = straight, replace(ground, takes=straight)
         chosen = [_same_poles(ground, rings, i, settled[2]) for i in fitted]
         settled = _settled(ground, chosen, settled[2])
-    free, turns, first = _whole(ground, settled, rings)
-    declared, damping = free, damping_law(case.declared)
+    return _told(ground, rings, _whole(ground, settled, rings))
+
+
+def _told(ground: "_Ground", rings: tuple, whole: tuple) -> Heard:
+    free, turns, first = whole
+    declared, damping = free, damping_law(ground.bodies[0].case.declared)
     if damping != "free":
         declared = fit(replace(free.law, damping=damping), free.parameters, evaluations=40)
-    return Heard(takes, rings, condition, bodies, first, turns, free, declared)
+    return Heard(ground.takes, rings, ground.condition, ground.bodies, first, turns, free, declared)
+
+
+def nearby(heard: Heard):
+    """The same takes with one more low mode of the body beside the strongest, one after another."""
+    fitted = [i for i, data in enumerate(heard.takes) if not data.take.held_out]
+    condition = heard.condition[fitted[0]]
+    if len(set(heard.condition)) > 1 or None in heard.match.modes:
+        return
+    ground = _Ground(heard.takes, heard.condition, heard.bodies, fitted)
+    for wider in _beside(ground, heard.free, heard.match):
+        if wider[2][condition].modes[:-1] == heard.match.modes:
+            yield _told(ground, heard.rings, _with_all(wider, heard.body, condition, heard.rings))
 
 
 def _listened(case: Case, bare: ElasticModel, find_release) -> tuple["_Ground", tuple]:
@@ -131,6 +147,7 @@ def _whole(ground: "_Ground", settled: tuple, rings: tuple):
             tried, wider = weak[1].modes, _settled(ground, chosen, {condition: weak[1]})
         if alike < WEAK and excess(wider[0]) > LESS * excess(free):
             continue
+        wider = _with_neighbour(ground, wider)
         found = _with_all(wider, body, condition, rings)
         if not _strayed(found[0], wider[0].frequency, wider[0].damping_ratio).any():
             return found
@@ -141,15 +158,34 @@ def _with_neighbour(ground: "_Ground", settled: tuple) -> tuple:
     """The settled fit with a low mode that was not heard beside a strong one, where it shows."""
     free, _, matches = settled
     condition = ground.condition[ground.fitted[0]]
-    match, frequency = matches[condition], ground.bodies[condition].modes.frequency
+    match = matches[condition]
     if excess(free) < AUDIBLE:
         return settled
-    for ring, both in neighbours(free, match, frequency):
-        chosen = [_amplitudes(ground.takes[i], ring) for i in ground.fitted]
-        wider = _settled(ground, chosen, {condition: both})
-        if wider[2][condition] == both and excess(wider[0]) < SHOWN * excess(free):
+    for wider in _beside(ground, free, match):
+        more = len(wider[2][condition].modes) > len(match.modes)
+        if more and excess(wider[0]) < SHOWN * excess(free):
             return wider
     return settled
+
+
+def _beside(ground: "_Ground", free: TimeFit, match: Match):
+    """What is settled with one of the strongest mode's neighbours, for each of them."""
+    condition = ground.condition[ground.fitted[0]]
+    for ring, both, ratio in neighbours(free, match, ground.bodies[condition].modes.frequency):
+        chosen = [_amplitudes(ground.takes[i], ring) for i in ground.fitted]
+        found, *rest = _settled(ground, chosen, {condition: both}, ((len(match.modes), ratio),))
+        yield _untied(found), *rest
+
+
+def _untied(found: TimeFit) -> TimeFit:
+    """The fit without ties: at its best where that leaves noise, else as it stands.
+
+    Two free modes mimic what acts in time by drawing together; what is sought from there goes
+    astray.
+    """
+    law = replace(found.law, tied=())
+    best = fit(law, found.parameters, evaluations=40)
+    return best if best.chi2 < NOISY * best.samples else fit(law, found.parameters, evaluations=0)
 
 
 def _with_all(settled: tuple, body: Body, condition: int, rings: tuple):
@@ -279,8 +315,10 @@ class _Ground:
     fitted: list[int]
 
 
-def _settled(ground: _Ground, chosen: list[RingDown], matches: dict[int, Match]):
+def _settled(ground: _Ground, chosen: list[RingDown], matches: dict[int, Match], tied=()):
     """The fit, the turns and the matches, without modes that leave the pitch they were heard at.
+
+    `tied`: as `Law.tied`.
 
     A pole that runs off when all are fitted together was no mode of the body: it takes up some
     slow or strongly damped motion that a physical effect must explain.
@@ -294,11 +332,12 @@ def _settled(ground: _Ground, chosen: list[RingDown], matches: dict[int, Match])
             apart = _apart(ground.takes, ground.condition)
         law, start = build_law(chosen, ground.takes, apart, ground.condition)
         law, turns = _informed(law, ground, matches, chosen)
-        found = fit(replace(law, turning=turns_too, damping="free"), start, evaluations=60)
+        law = replace(law, turning=turns_too, damping="free", tied=tied)
+        found = fit(law, start, evaluations=60)
         strayed = _strayed(found, chosen[0].frequency, chosen[0].damping_ratio)
         if not strayed.any():
             return found, turns, matches
-        kept = np.flatnonzero(~strayed)
+        kept, tied = np.flatnonzero(~strayed), ()
         chosen = [select(ring, tuple(kept)) for ring in chosen]
         matches = {
             c: Match(tuple(m.poles[k] for k in kept), tuple(m.modes[k] for k in kept))

@@ -25,6 +25,7 @@ class Law:
     turning: tuple[int, ...] = ()  # modes of a degenerate pair, whose motion may be an ellipse
     trust: float = TRUST  # weight that keeps the other modes' shapes at one at their references
     gauges: tuple[np.ndarray, ...] = ()  # the reference of every condition, where there are more
+    tied: tuple[tuple[int, float], ...] = ()  # (mode, log of its computed pitch over the first's)
 
     def gauge(self, condition: int) -> np.ndarray:
         """(K, C) weights that keep a condition's shapes at one."""

@@ -15,6 +15,8 @@ from .simulate import swing
 
 WILD = 1e7  # noise units; a motion that runs away is a bad fit, not an error
 PIN = 1e3  # weight that keeps S at the reference at one, so that u is in metres there
+TIE = 1e5  # weight that keeps a tied mode's pitch, and its damping, near the first mode's
+LOOSE = np.array([0.03, np.log(2)])  # logarithms by which these may be off
 
 
 def march(law: Law, unpacked, data: Channels):
@@ -164,11 +166,24 @@ def _coefficients(gram: np.ndarray, right: np.ndarray, barred: np.ndarray) -> np
 
 
 def residuals(law: Law, P: np.ndarray) -> np.ndarray:
-    """(B, R) noise units, with the rows that keep the reference at one."""
-    return left_over(law, solve(law, P))
+    """(B, R) noise units, with the rows that keep the reference at one and what is tied."""
+    return left_over(law, P, solve(law, P))
 
 
-def left_over(law: Law, solved: Solved) -> np.ndarray:
+def _ties(law: Law, P: np.ndarray) -> np.ndarray:
+    """(B, r) how much further than `LOOSE` tied modes are from where the first mode puts them."""
+    out = [np.zeros((len(P), 0))]
+    K = law.modes
+    for at in range(0, law.sizes()[0], 2 * K):
+        for k, ratio in law.tied:
+            z = np.log(np.maximum(P[:, [at + K + k, at + K]], 1e-4))
+            off = np.stack([P[:, at + k] - P[:, at] - ratio, z[:, 0] - z[:, 1]], axis=1)
+            out.append(TIE * np.maximum(np.abs(off) - LOOSE, 0))
+    return np.hstack(out)
+
+
+def left_over(law: Law, P: np.ndarray, solved: Solved) -> np.ndarray:
+    """(B, R) as `residuals`, of what is solved at P."""
     coefficients, bases, uses = solved.coefficients, solved.bases, solved.uses
     out = []
     for take, index in enumerate(law.fitted):
@@ -188,7 +203,7 @@ def left_over(law: Law, solved: Solved) -> np.ndarray:
         if law.turning:
             across = law.gauge(c)[list(law.turning)]
             out.append(PIN * np.einsum("kc,bck->bk", across, own[:, :, K:]))
-    r = np.concatenate(out, axis=1)
+    r = np.concatenate([*out, _ties(law, P)], axis=1)
     if not (r.min() > -WILD and r.max() < WILD):  # NaN too
         r = np.nan_to_num(np.clip(r, -WILD, WILD), nan=WILD)
     return r

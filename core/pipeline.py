@@ -24,6 +24,7 @@ from .further import with_further
 from .joint import Heard, hear
 from .law import TimeFit
 from .play import motion
+from .rehear import second_hearing
 from .ringdown import find_release
 from .signatures import budget
 from .stiffening import converged_eigenvalues, moved, stiffening
@@ -78,7 +79,7 @@ def calibrate_case(
     bare = bare_model(case, mesh, element)
     heard = hear(case, bare, find_release)
     say(0.5, "Looking for what the model lacks")
-    verdict = diagnose(heard.declared, heard.free, widen=partial(_widen, heard))
+    heard, verdict = second_hearing(heard, _diagnosed(heard), _diagnosed)
     say(0.8, "Comparing pitches and shapes")
     stiff, sigma = _stiffening(case, mesh, heard)
     findings = examine(heard, verdict, stiff, sigma)
@@ -106,6 +107,10 @@ def calibrate_case(
         budget_after=budget(final),
         left_after=final.chi2 / max(heard.declared.chi2, 1e-300),
     )
+
+
+def _diagnosed(heard: Heard) -> Verdict:
+    return diagnose(heard.declared, heard.free, widen=partial(_widen, heard))
 
 
 def _widen(heard: Heard, found: TimeFit) -> TimeFit:

@@ -17,7 +17,7 @@ from .effects.base import FINE, Effect
 from .law import TRUST, TimeFit
 from .residual import misfit, nrmse
 from .simulate import COARSE
-from .timefit import best_fit, extend, fit, instead, screen, swapped
+from .timefit import best_fit, extend, fit, instead, screen, swapped, turned
 
 EVIDENCE = 20.0  # least gain in BIC (Kass and Raftery 1995 call 10 very strong)
 MATERIAL = 0.005  # least share of the motion's RMS
@@ -39,6 +39,7 @@ class Candidate:
     evidence: float  # gain in BIC over the declared fit, held-out misfit included
     share: float  # of the excess over noise, fitted part; NaN where there is none
     held_share: float  # of the excess over noise, held-out part; NaN where there is none
+    outdone: bool = False  # a plainer effect does as well, as things stand
 
     @property
     def confirmed(self) -> bool:
@@ -201,9 +202,10 @@ def singles(
         names.add(effect.name)
         settled = any(c.share > SETTLED for c in best.values())
         found = race(start, effect, begins, promise, runners=1 if settled else RUNNERS)
-        if refuted(found):
+        if vetoed(found):
             continue
         candidate = judge((*before, effect.name), found, against or start)
+        candidate = replace(candidate, outdone=outdone(found))
         if effect.name not in best or candidate.evidence > best[effect.name].evidence:
             best[effect.name] = candidate
     return sorted(best.values(), key=lambda c: -c.evidence)
@@ -211,9 +213,18 @@ def singles(
 
 def refuted(found: TimeFit) -> bool:
     """Whether the last effect is none by what was fitted, or a plainer one does as well."""
+    return vetoed(found) or outdone(found)
+
+
+def vetoed(found: TimeFit) -> bool:
+    """Whether the last effect is none by what was fitted."""
     effect = found.law.effects[-1]
-    if effect.veto and effect.veto(found):
-        return True
+    return bool(effect.veto and effect.veto(found))
+
+
+def outdone(found: TimeFit) -> bool:
+    """Whether a plainer effect in the last one's place does as well."""
+    effect = found.law.effects[-1]
     if effect.rival is None:
         return False
     plain = effect.rival(found)
@@ -222,7 +233,10 @@ def refuted(found: TimeFit) -> bool:
 
 
 def pairs(start: TimeFit, ranked: list[Candidate]) -> list[Candidate]:
-    """Candidates of two effects, from a beam of the best singles, best evidence first."""
+    """Candidates of two effects, from a beam of the best singles, best evidence first.
+
+    One that was outdone alone may yet be there beside another, where nothing plainer does as well.
+    """
     best = {}
     for single in ranked[:BEAM]:
         if single.evidence < EVIDENCE:
@@ -230,6 +244,8 @@ def pairs(start: TimeFit, ranked: list[Candidate]) -> list[Candidate]:
         for candidate in singles(single.found, single.names, start, 4):
             if candidate.found.chi2 > single.found.chi2:
                 continue  # more freedom cannot fit worse: the search went astray
+            if candidate.outdone or (single.outdone and outdone(turned(candidate.found))):
+                continue
             key = tuple(sorted(candidate.names))
             if key not in best or candidate.evidence > best[key].evidence:
                 best[key] = candidate

@@ -175,7 +175,7 @@ def conclude(law: Law, p: np.ndarray, jac: np.ndarray) -> TimeFit:
     """The fit at `p`, predictions of all takes, and the covariance from the Jacobian."""
     solved = solve(law, p[None])
     coefficients = solved.coefficients[0]
-    r = left_over(law, solved)[0]
+    r = left_over(law, p[None], solved)[0]
     predicted = [None] * len(law.takes)
     for take, index in enumerate(law.fitted):
         y = (solved.bases[take][0] @ coefficients[:, :, None])[..., 0].T
@@ -227,6 +227,15 @@ def swapped(found: TimeFit, effect: Effect, thetas: list) -> tuple[Law, np.ndarr
     law = replace(found.law, effects=(*found.law.effects[:-1], effect))
     outer = found.parameters[: len(found.parameters) - len(found.theta[-1][0])]
     return law, np.array([np.r_[outer, theta] for theta in thetas])
+
+
+def turned(found: TimeFit) -> TimeFit:
+    """The same fit with its last two effects in the other order."""
+    law, theta = found.law, found.theta
+    law = replace(law, effects=(*law.effects[:-2], *law.effects[:-3:-1]))
+    outer = found.parameters[: sum(law.sizes()[:2])]
+    inner = [t[0] for t in (*theta[:-2], *theta[:-3:-1])]
+    return fit(law, np.concatenate([outer, *inner]), evaluations=3)
 
 
 def instead(found: TimeFit, effect: Effect) -> TimeFit | None:

@@ -56,7 +56,8 @@ def weak_modes(
 
 
 def neighbours(found: TimeFit, match: Match, frequency: np.ndarray):
-    """The poles with that of a computed mode (m,) Hz beside the strongest one, one after another.
+    """The poles with that of a computed mode (m,) Hz beside the strongest one, and the logarithm
+    of the two computed pitches' ratio, one after another.
 
     Two modes that lie close together sound as one while something bends their pitches.
     """
@@ -66,7 +67,8 @@ def neighbours(found: TimeFit, match: Match, frequency: np.ndarray):
     for j in np.flatnonzero((np.abs(np.log(ratio)) < np.log(NEIGHBOUR)) & (apart > PAIR)):
         f, z = found.frequency, found.damping_ratio
         ring = _bare(np.r_[f, f[0] * ratio[j]], np.r_[z, z[0]], sigma)
-        yield ring, Match((*match.poles, match.poles[0]), (*match.modes, int(j)))
+        both = Match((*match.poles, match.poles[0]), (*match.modes, int(j)))
+        yield ring, both, float(np.log(ratio[j]))
 
 
 def _bare(frequency, damping_ratio, sigma: np.ndarray) -> RingDown:

@@ -13,6 +13,9 @@ import numpy as np
 from .base import FAINT, Effect, Parameter, companion, ring
 from .partner import SPREAD
 
+NOTHING = 1.3  # misfit per sample
+ALIKE = 1.5  # ratio of the damping ratios of two modes of one material, at most
+
 
 def columns(theta, setting, time, u):
     """cos and sin of the second mode with free shapes; theta = (split, damping ratio)."""
@@ -27,7 +30,18 @@ def veto(found):
     at, own = len(found.parameters) - len(theta), found.covariance
     variance = own[at, at] + own[0, 0] - 2 * own[at, 0]  # of the split: logarithms of pitches
     spread = np.sqrt(max(variance * max(found.chi2 / found.samples, 1.0), 0.0))
-    return "both may have one pitch" if split - FAINT * spread < SPREAD else companion(found, 0)
+    if split - FAINT * spread < SPREAD:
+        return "both may have one pitch"
+    return "" if _other_way(found, theta[1]) else companion(found, 0)
+
+
+def _other_way(found, z: float) -> bool:
+    """Whether it may be another direction that one camera sees as the same shape: as a mode of
+    the same material it is damped alike, and it leaves nothing.
+    """
+    alike = abs(np.log(z / max(found.damping_ratio[0], 1e-6))) < np.log(ALIKE)
+    flat = found.law.setting.towards is not None
+    return flat and alike and found.chi2 < NOTHING * found.samples
 
 
 def _both(theta, setting, first: float) -> np.ndarray:
