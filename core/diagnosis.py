@@ -65,19 +65,27 @@ class Verdict:
         return self.chain[-1][1]
 
 
-def diagnose(declared: TimeFit, free: TimeFit, widen: Callable = lambda found: found) -> Verdict:
+def diagnose(
+    declared: TimeFit,
+    free: TimeFit,
+    *,
+    widen: Callable = lambda found, effects: found,
+    start: TimeFit | None = None,
+) -> Verdict:
     """Name what the declared fit lacks: a law of damping first, then an effect, or two.
 
-    `widen` (TimeFit -> TimeFit) adds the body's modes that a fit with an effect lays bare.
+    `widen` (TimeFit, number of effects -> TimeFit) adds the body's modes that a fit with that
+    many effects, its last ones, lays bare. `start`: the declared law at other pitches and damping
+    ratios, from where effects are sought.
     """
     why = _undecidable(free)
     if why:
         return Verdict("refused", ((None, declared),), (), (), (), (), why)
     lacking = find_damping(declared, free)
     if lacking is None:
-        return _sharpened(_diagnose(declared, widen))
+        return _sharpened(_diagnose(declared, widen, start or declared))
     damping, twins = lacking
-    then = _sharpened(_diagnose(damping.found, widen))
+    then = _sharpened(_diagnose(damping.found, widen, damping.found))
     first = ((None, declared), (damping.names[0], damping.found))
     return replace(
         then,
@@ -128,12 +136,12 @@ def _undecidable(found: TimeFit) -> str:
     return ""
 
 
-def _diagnose(declared: TimeFit, widen: Callable) -> Verdict:
+def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     chain = ((None, declared),)
     over = excess(declared)
     if over < MATERIAL and declared.chi2 < QUIET * declared.samples and not _fails(declared):
         return Verdict("adequate", chain, (), (), (), ())
-    able = singles(declared)
+    able = singles(start, against=declared)
     ranked = tuple(c for c in able if not c.outdone)
     strong = [c for c in ranked if c.evidence > EVIDENCE]
     if (over < MATERIAL and not any(_shows(c, declared) for c in strong)) or (
@@ -155,9 +163,10 @@ def _diagnose(declared: TimeFit, widen: Callable) -> Verdict:
     beam = sorted([*strong, *doubtful], key=lambda c: -c.evidence)
     found = _polished(pairs(declared, beam), declared, widen)
     both = [c for c in found if sufficient(c, ENOUGH_BOTH)]
+    nearly = [c for c in found if sufficient(c, ENOUGH_BOTH, nearly=True)]
     if both and is_broken(declared, both[0]):
         return Verdict("unexplained", chain, (), (), ranked, ())
-    one = _one_of(declared, both[0].found, over, strong[0]) if both else None
+    one = _one_of(declared, both[0].found, over, strong) if both else None
     if one:
         return Verdict(
             "explained",
@@ -169,6 +178,8 @@ def _diagnose(declared: TimeFit, widen: Callable) -> Verdict:
         )
     if both:
         return _two(chain, both, ranked)
+    if nearly and _is_more(nearly[0], strong, over):
+        return replace(_two(chain, nearly, ranked), verdict="unexplained")
     partial = [c for c in strong[:1] if c.share > 0.3 and not c.held_share < 0.3]
     if partial:
         return _partly(chain, partial[0], strong, ranked)
@@ -184,7 +195,7 @@ def _partly(chain, best: Candidate, strong: list[Candidate], ranked) -> Verdict:
 def _polished(found: list[Candidate], declared: TimeFit, widen: Callable) -> list[Candidate]:
     """The candidates, the best ones with the modes that they lay bare."""
     best = [
-        max(c, judge(c.names, widen(c.found), declared), key=lambda one: one.evidence)
+        max(c, judge(c.names, widen(c.found, 2), declared), key=lambda one: one.evidence)
         if c.found.chi2 > NOISY * c.found.samples
         else c
         for c in found[:RIVALS]
@@ -198,7 +209,7 @@ def _widened(strong: list[Candidate], declared: TimeFit, widen: Callable) -> lis
     out = strong[len(near) :]
     for c in near:
         if c.found.chi2 > NOISY * c.found.samples and not c.found.law.effects[-1].given:
-            c = max(c, judge(c.names, widen(c.found), declared), key=lambda one: one.evidence)
+            c = max(c, judge(c.names, widen(c.found, 1), declared), key=lambda one: one.evidence)
         out.append(c)
     return sorted(out, key=lambda c: -c.evidence)
 
@@ -263,13 +274,24 @@ def gained(before: TimeFit, after: TimeFit) -> float:
     return float(np.sqrt(max(excess(before) ** 2 - excess(after) ** 2, 0)))
 
 
-def sufficient(candidate: Candidate, enough: float) -> bool:
-    """Takes nearly all of the excess, where it was fitted and where it was held out."""
+def sufficient(candidate: Candidate, enough: float, *, nearly: bool = False) -> bool:
+    """Takes nearly all of the excess, where it was fitted and where it was held out.
+
+    `nearly`: what was held out may still be predicted worse than noise, by far.
+    """
     _, count = misfit(candidate.found.law.takes, candidate.found.predicted, False)
-    nearly = candidate.found.chi2 < NOISY * count
+    takes = candidate.found.chi2 < NOISY * count
     found = candidate.found.law.effects[-len(candidate.names) :]
-    nearly |= candidate.share >= (ALL if all(e.free for e in found) else enough)
-    return nearly and not candidate.held_share < (ALL if _strays(candidate.found) else ENOUGH_HELD)
+    takes |= candidate.share >= (ALL if all(e.free for e in found) else enough)
+    ahead = ALL if _strays(candidate.found) and not nearly else ENOUGH_HELD
+    return takes and not candidate.held_share < ahead
+
+
+def _is_more(both: Candidate, strong: list[Candidate], over: float) -> bool:
+    """Whether two effects do clearly more than the best single one."""
+    if not strong:
+        return True
+    return _counts_second(strong[0], judge(both.names, both.found, strong[0].found), over)
 
 
 def twins_of(candidate: Candidate, others) -> tuple[str, ...]:
@@ -301,7 +323,7 @@ def _add_second(chain, strong: list[Candidate], ranked, over: float) -> Verdict:
         able = [t for t in tries if t[1] and _counts_second(t[0], t[1][0], over)]
         best, more = max(able, key=lambda t: t[0].evidence + t[1][0].evidence, default=tries[0])
     if more and _counts_second(best, more[0], over):
-        one = _one_of(chain[0][1], more[0].found, over, best)
+        one = _one_of(chain[0][1], more[0].found, over, [best])
         best, more = (best, more) if one is None else (one, [])
     chain += ((best.names[0], best.found),)
     effects, twins, minor = (best,), (twins_of(best, strong),), ()
@@ -315,7 +337,9 @@ def _add_second(chain, strong: list[Candidate], ranked, over: float) -> Verdict:
     return Verdict("explained", chain, effects, twins, ranked, minor)
 
 
-def _one_of(declared: TimeFit, both: TimeFit, over: float, best: Candidate) -> Candidate | None:
+def _one_of(
+    declared: TimeFit, both: TimeFit, over: float, strong: list[Candidate]
+) -> Candidate | None:
     """The one of two effects that does without the other and better than the best single one.
 
     The search for it may have missed it; the second one then only led the way there.
@@ -324,7 +348,7 @@ def _one_of(declared: TimeFit, both: TimeFit, over: float, best: Candidate) -> C
     for dropped, kept in ((-2, -1), (-1, -2)):
         alone = without(both, len(effects) + dropped)
         one = judge((effects[kept].name,), alone, declared)
-        if one.evidence <= best.evidence or not sufficient(one, ENOUGH):
+        if one.evidence <= max((c.evidence for c in strong[:1]), default=0.0) or not sufficient(one, ENOUGH):
             continue
         pair = judge((effects[kept].name, effects[dropped].name), both, alone)
         if not (refuted(alone) or _counts_second(one, pair, over)):

@@ -186,7 +186,7 @@ def has_twin(modes: tuple[int | None, ...], frequency: np.ndarray) -> bool:
     """Whether the first matched mode is one of a nearly degenerate pair, the other not matched."""
     if modes[0] is None:
         return True
-    near = np.flatnonzero(np.abs(frequency / frequency[modes[0]] - 1) < 4 * PAIR)
+    near = np.flatnonzero(np.abs(frequency / frequency[modes[0]] - 1) < 2 * PAIR)
     return any(j not in modes for j in near)
 
 

@@ -109,12 +109,12 @@ def calibrate_case(
     )
 
 
-def _diagnosed(heard: Heard) -> Verdict:
-    return diagnose(heard.declared, heard.free, widen=partial(_widen, heard))
+def _diagnosed(heard: Heard, start: TimeFit | None = None) -> Verdict:
+    return diagnose(heard.declared, heard.free, widen=partial(_widen, heard), start=start)
 
 
-def _widen(heard: Heard, found: TimeFit) -> TimeFit:
-    return with_further(found, heard.match, heard.body, at=len(found.law.effects) - 1)
+def _widen(heard: Heard, found: TimeFit, effects: int) -> TimeFit:
+    return with_further(found, heard.match, heard.body, at=len(found.law.effects) - effects)
 
 
 def _stiffening(case: Case, mesh: TetMesh, heard: Heard) -> tuple[np.ndarray, np.ndarray]:

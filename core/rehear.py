@@ -7,20 +7,22 @@ import numpy as np
 from .diagnosis import Verdict
 from .effects.base import Effect
 from .joint import Heard, nearby
-from .law import TimeFit
+from .law import TimeFit, replace
 from .residual import NOISY, excess
-from .timefit import extend, fit
+from .timefit import fit
 
 SHOWN = 0.7  # of what is left, rms, is left at most with the further mode
+STIRRED = 0.3  # of the first mode's start, from which its own is sought
 
 
 def second_hearing(
-    heard: Heard, verdict: Verdict, diagnose: Callable[[Heard], Verdict]
+    heard: Heard, verdict: Verdict, diagnose: Callable[..., Verdict]
 ) -> tuple[Heard, Verdict]:
     """The takes and the verdict, both anew where one more low mode takes most of what is left.
 
     Two modes of a body that lie close together sound as one while something bends their pitches;
     what bends them is known now, and what one of them is like follows from the other.
+    `diagnose(heard, start)`: the latter a fit from where effects are sought.
     """
     best = verdict.final if verdict.effects else None
     if best is None and verdict.ranked:
@@ -28,27 +30,45 @@ def second_hearing(
     if best is None or best.chi2 < NOISY * best.samples:
         return heard, verdict
     for near in nearby(heard):
-        if excess(_with_effects(near.declared, best, heard)) > SHOWN * excess(best):
+        wider = _with_effects(near, best, heard)
+        if excess(wider) > SHOWN * excess(best):
             continue
-        again = diagnose(near)
+        own = near.declared.law
+        start = fit(own, wider.parameters[: sum(own.sizes())], evaluations=0)
+        again = diagnose(near, start)
         if excess(again.final) < SHOWN * excess(verdict.final):
             return near, again
     return heard, verdict
 
 
-def _with_effects(near: TimeFit, found: TimeFit, heard: Heard) -> TimeFit:
-    """`near` with the effects of `found` that the declared law had not, from where they stand."""
-    declared = {e.name for e in heard.declared.law.effects}
-    pairs = [(e, t[0]) for e, t in zip(found.law.effects, found.theta, strict=True)]
-    new = [(e, _wider(e, t, near)) for e, t in pairs if e.name not in declared]
-    law, p = extend(near, tuple(e for e, _ in new), [t for _, t in new])
-    return fit(law, p, evaluations=15)
+def _with_effects(near: Heard, found: TimeFit, heard: Heard) -> TimeFit:
+    """`found` with the further mode of `near`, from where it stands."""
+    old, law, K = found.law, near.declared.law, found.law.modes
+    known = {e.name for e in [*heard.declared.law.effects, *law.effects]}
+    outer = _with_mode(near, found)
+    own = near.declared.parameters[sum(law.sizes()[:2]) :]
+    pairs = zip(old.effects, found.theta, strict=True)
+    new = [(e, _wider(e, t[0], K, near.declared)) for e, t in pairs if e.name not in known]
+    law = replace(law, effects=(*law.effects, *(e for e, _ in new)))
+    return fit(law, np.concatenate([outer, own, *(t for _, t in new)]), evaluations=20)
 
 
-def _wider(effect: Effect, theta: np.ndarray, near: TimeFit) -> np.ndarray:
+def _with_mode(near: Heard, found: TimeFit) -> np.ndarray:
+    """Pitches, damping ratios and starts of `found`, and what the further mode's may be."""
+    p, K = found.parameters, found.law.modes
+    computed = near.body.modes.frequency
+    ratio = np.log(computed[near.match.modes[-1]] / computed[near.match.modes[0]])
+    a, b, _ = found.law.sizes()
+    starts = p[a : a + b].reshape(-1, K)
+    return np.r_[
+        p[:K], p[0] + ratio, p[K : 2 * K], p[K], np.c_[starts, STIRRED * starts[:, 0]].ravel()
+    ]
+
+
+def _wider(effect: Effect, theta: np.ndarray, modes: int, near: TimeFit) -> np.ndarray:
     """The effect's numbers, with its place's share in the further mode."""
     if not effect.force:
         return theta
     couples, places = theta[len(effect.low) :], near.law.setting.places
-    nearest = np.argmin(((places[:, : len(couples)] - couples) ** 2).sum(axis=1))
-    return np.r_[theta, places[nearest, len(couples) :]]
+    nearest = np.argmin(((places[:, : modes - 1] - couples) ** 2).sum(axis=1))
+    return np.r_[theta, places[nearest, modes - 1 :]]

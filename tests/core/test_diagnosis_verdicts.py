@@ -187,3 +187,27 @@ def test_a_mode_that_goes_unheard_beside_a_strong_one_is_tried(tmp_path):
     result = calibrate_case(tmp_path / "case.toml")
     assert {0, 1} <= set(result.heard.match.modes)
     assert [e["name"] for e in result.report["diagnosis"]["effects"]] == ["asymmetric_stiffness"]
+
+
+@pytest.mark.slow
+def test_a_second_cause_is_not_hidden_by_a_close_mode_that_both_bend(tmp_path):
+    make("stiffness_drift", 802, tmp_path)  # a bracket whose first modes lie 7 % apart
+    result = calibrate_case(tmp_path / "case.toml")
+    assert {0, 1} <= set(result.heard.match.modes)
+    diagnosis = result.report["diagnosis"]
+    assert [e["name"] for e in diagnosis["effects"]] == ["stiffness_drift"]
+    assert diagnosis["verdict"] == "explained"
+
+
+@pytest.mark.slow
+def test_a_steady_line_is_found_beside_what_makes_a_dying_one_do_as_well(tmp_path):
+    truth = make("two:steady_drive+stiffness_drift", 801, tmp_path)
+    diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
+    assert {e["name"] for e in diagnosis["effects"]} == set(truth["effects"])
+
+
+@pytest.mark.slow
+def test_what_leaves_much_of_the_tail_does_not_explain_it(tmp_path):
+    make("absent:stick_slip", 801, tmp_path)  # friction takes most of it, and still is another law
+    diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
+    assert diagnosis["verdict"] == "unexplained"

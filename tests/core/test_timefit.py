@@ -10,7 +10,14 @@ import pytest
 from core.baseline import behind, build_law
 from core.channels import Channels
 from core.data import RingDown
-from core.effects import contact, dry_friction, split_modes, sudden_change, weakening_friction
+from core.effects import (
+    air_drag,
+    contact,
+    dry_friction,
+    split_modes,
+    sudden_change,
+    weakening_friction,
+)
 from core.effects.base import FINE
 from core.findings import _leaves
 from core.foils import weakens
@@ -18,7 +25,7 @@ from core.linear_part import solve
 from core.modal_layer import Measured, compare, rematched
 from core.simulate import COARSE, swing
 from core.time_layer import judge, race
-from core.timefit import best_fit, extend, fit, screen, sharp
+from core.timefit import best_fit, extend, fit, screen, sharp, turned
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
 
 RATE, SECONDS, NOISE = 120, 4.0, 0.01 * AMPLITUDE
@@ -200,6 +207,7 @@ def test_a_split_within_three_sigma_of_what_meshes_split_by_is_none():
         theta=[np.array([[0.02, 0.02]])],
         law=SimpleNamespace(setting=setting()),
         frequency=OMEGA / (2 * np.pi),
+        damping_ratio=np.array([0.02]),
         parameters=np.zeros(4),
         chi2=100.0,
         samples=100,
@@ -214,6 +222,68 @@ def test_a_split_within_three_sigma_of_what_meshes_split_by_is_none():
             column_shapes=lambda: [np.array([[0.0], [1.0]])],
         )
         assert bool(split_modes.veto(one)) is named
+
+
+@pytest.mark.parametrize(
+    ("flat", "z", "left", "named"),
+    [(True, 0.024, 1.1, True), (True, 0.06, 1.1, False), (True, 0.024, 5.0, False),
+     (False, 0.024, 1.1, False)],
+)  # fmt: skip
+def test_a_split_of_the_same_shape_is_one_where_a_camera_may_see_both_ways_alike(
+    flat, z, left, named
+):
+    one = SimpleNamespace(
+        theta=[np.array([[0.08, z]])],
+        law=SimpleNamespace(setting=replace(setting(), towards=np.ones(1) if flat else None)),
+        frequency=OMEGA / (2 * np.pi),
+        damping_ratio=np.array([0.02]),
+        parameters=np.zeros(4),
+        chi2=100.0 * left,
+        samples=100,
+        covariance=np.zeros((4, 4)),
+        coefficients=np.array([[1.0], [0.5]]),
+        column_shapes=lambda: [np.array([[1.0], [0.5]])],
+    )
+    assert bool(split_modes.veto(one)) is not named
+
+
+def two_modes(ratio):
+    """The fit of two modes to a recording of two, heard at the first one's pitch."""
+    other = np.array([0.2, -0.5, 0.6, 0.4])
+    values = moved(zeta=0.02)
+    fall = np.exp(-0.02 * ratio * W * TIME)
+    values += AMPLITUDE * np.outer(fall * np.cos(ratio * W * TIME), other)
+    ring = RingDown(
+        np.array([5.0, 5.0 * 1.1]),
+        np.array([0.03, 0.03]),
+        AMPLITUDE * np.array([SHAPE, other], complex),
+        np.zeros(4),
+        np.full(4, NOISE),
+        np.eye(4),
+    )
+    law, p = build_law([ring], (channels(values),), (0,))
+    return law, p
+
+
+def test_a_tied_mode_stays_where_the_first_one_puts_it_and_is_free_within_that():
+    law, p = two_modes(1.12)
+    tied = replace(law, tied=((1, math.log(1.1)),))
+    free, held = fit(law, p, evaluations=40), fit(tied, p, evaluations=40)
+    assert free.frequency[1] / free.frequency[0] == pytest.approx(1.12, rel=2e-3)
+    assert held.frequency == pytest.approx(free.frequency, rel=1e-5)
+    law, p = two_modes(1.25)
+    held = fit(replace(law, tied=((1, math.log(1.1)),)), p, evaluations=40)
+    assert held.frequency[1] / held.frequency[0] < 1.1 * math.exp(0.031)
+    assert held.chi2 > 5 * fit(law, p, evaluations=40).chi2
+
+
+def test_the_order_of_two_effects_does_not_change_the_fit():
+    found = declared(channels(moved(Rub(0.05, 0.02))))
+    both, p = extend(found, (dry_friction.EFFECT, air_drag.EFFECT), [(0.04, np.log(0.05)), (0.02,)])
+    one = fit(both, p, evaluations=30)
+    other = turned(one)
+    assert [e.name for e in other.law.effects] == ["air_drag", "dry_friction"]
+    assert other.chi2 == pytest.approx(one.chi2, rel=0.02)
 
 
 def test_what_a_change_of_the_body_leaves_is_counted_beyond_free_modes():
