@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .dac import SURE
-from .diagnosis import MATERIAL, Verdict, errors
+from .diagnosis import MATERIAL, Verdict
 from .effects import perspective
 from .joint import Heard
 from .law import TimeFit
 from .match import true_pitches
 from .report import estimate
-from .residual import motion_rms, nrmse
+from .residual import errors, motion_rms, nrmse
 from .tell import inflation
 
 

@@ -7,7 +7,7 @@ from scipy.stats import chi2 as chi2_law
 
 from .baseline import px_per_metre
 from .camera_layer import camera_effects, true_frequency
-from .diagnosis import MATERIAL, Verdict, errors
+from .diagnosis import MATERIAL, Verdict
 from .elasticity import gravity_force, static
 from .joint import Heard
 from .law import TimeFit
@@ -25,7 +25,7 @@ from .modal_layer import (
     suspects,
 )
 from .report import estimate
-from .residual import nrmse
+from .residual import errors, nrmse
 from .tell import inflation, parameters
 
 DOUBT = 1e-3  # chance below which pitches and shapes do not fit the declared body

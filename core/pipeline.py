@@ -16,7 +16,7 @@ from .camera_layer import true_frequency, unfold
 from .case import read_case
 from .dac import apparent, material
 from .data import Case, ElasticModel, Motion, TetMesh
-from .diagnosis import Verdict, diagnose, errors
+from .diagnosis import Verdict, diagnose
 from .effects import mesh_stiffening, split_modes
 from .elasticity import add_loads
 from .findings import Findings, examine
@@ -25,6 +25,7 @@ from .joint import Heard, hear
 from .law import TimeFit
 from .play import motion
 from .rehear import second_hearing
+from .residual import errors
 from .ringdown import find_release
 from .signatures import budget
 from .stiffening import converged_eigenvalues, moved, stiffening

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .diagnosis import errors
 from .files import written_whole
+from .residual import errors
 
 INK, BLUE, RED, GREY, GREEN = "#222222", "#2563a8", "#c2452d", "#9a9a9a", "#3b8a5a"
 

@@ -79,3 +79,9 @@ def excess(found: TimeFit) -> float:
     """RMS of what is left over noise, as a share of the motion's RMS (fitted part)."""
     left, count = misfit(found.law.takes, found.predicted, False)
     return float(np.sqrt(max(left / max(count, 1) - 1, 0)) / motion_rms(found.law.takes))
+
+
+def errors(found: TimeFit) -> tuple[float, float]:
+    """Held-out and fitted NRMSE."""
+    takes = found.law.takes
+    return nrmse(takes, found.predicted, True), nrmse(takes, found.predicted, False)

@@ -7,13 +7,13 @@ import numpy as np
 from .advice import advise
 from .dac import SURE
 from .data import Estimate
-from .diagnosis import Verdict, errors, probabilities
+from .diagnosis import Verdict, probabilities
 from .effects import DAMPING
 from .joint import Heard
 from .law import TimeFit, unpack
 from .match import likeness
 from .report import estimate, estimate_of
-from .residual import noise_share
+from .residual import errors, noise_share
 
 
 def inflation(found: TimeFit) -> float:

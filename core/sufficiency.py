@@ -1,0 +1,84 @@
+"""When effects are the explanation: what they must take, where it was fitted and held out."""
+
+import numpy as np
+
+from .law import TimeFit
+from .residual import NOISY, errors, excess, misfit, noise_share
+from .time_layer import MATERIAL, Candidate, judge, refuted
+from .timefit import without
+
+ENOUGH = 0.80  # share of the excess that one effect must take to be the explanation
+ENOUGH_HELD = 0.70  # the same on held-out samples
+ALL = 0.95  # as ENOUGH, where it is read off the record and has to take nearly everything
+ENOUGH_BOTH = 0.88  # for two effects, which have more freedom
+SECOND_SIZE = 0.25  # of the declared fit's excess, rms, that a second effect must take
+SECOND = 0.6  # share of what the first leaves that a second must take
+FAR_OFF = 2.0  # times its noise, from which a held-out error is that of something not modelled
+
+
+def fails(declared: TimeFit) -> bool:
+    """Whether what was held out is predicted worse than its noise allows."""
+    left, count = misfit(declared.law.takes, declared.predicted, True)
+    return left > NOISY * count
+
+
+def strays(found: TimeFit) -> bool:
+    """Whether what was held out is mispredicted by much more than noise."""
+    takes = found.law.takes
+    return errors(found)[0] > FAR_OFF * noise_share(takes, True) > 0
+
+
+def shows(candidate: Candidate, declared: TimeFit) -> bool:
+    """Small beside the first swings, but what the dying motion cannot be predicted without."""
+    return fails(declared) and candidate.confirmed
+
+
+def gained(before: TimeFit, after: TimeFit) -> float:
+    """RMS that a fit takes away, as a share of the motion's RMS."""
+    return float(np.sqrt(max(excess(before) ** 2 - excess(after) ** 2, 0)))
+
+
+def sufficient(candidate: Candidate, enough: float, *, nearly: bool = False) -> bool:
+    """Takes nearly all of the excess, where it was fitted and where it was held out.
+
+    `nearly`: what was held out may still be predicted worse than noise, by far.
+    """
+    _, count = misfit(candidate.found.law.takes, candidate.found.predicted, False)
+    takes = candidate.found.chi2 < NOISY * count
+    found = candidate.found.law.effects[-len(candidate.names) :]
+    takes |= candidate.share >= (ALL if all(e.free for e in found) else enough)
+    ahead = ALL if strays(candidate.found) and not nearly else ENOUGH_HELD
+    return takes and not candidate.held_share < ahead
+
+
+def is_more(both: Candidate, strong: list[Candidate], over: float) -> bool:
+    """Whether two effects do clearly more than the best single one."""
+    if not strong:
+        return True
+    return counts_second(strong[0], judge(both.names, both.found, strong[0].found), over)
+
+
+def one_of(
+    declared: TimeFit, both: TimeFit, over: float, strong: list[Candidate]
+) -> Candidate | None:
+    """The one of two effects that does without the other and better than the best single one.
+
+    The search for it may have missed it; the second one then only led the way there.
+    """
+    effects = both.law.effects
+    best = max((c.evidence for c in strong[:1]), default=0.0)
+    for dropped, kept in ((-2, -1), (-1, -2)):
+        alone = without(both, len(effects) + dropped)
+        one = judge((effects[kept].name,), alone, declared)
+        if one.evidence <= best or not sufficient(one, ENOUGH):
+            continue
+        pair = judge((effects[kept].name, effects[dropped].name), both, alone)
+        if not (refuted(alone) or counts_second(one, pair, over)):
+            return one
+    return None
+
+
+def counts_second(first: Candidate, second: Candidate, over: float) -> bool:
+    """Whether a second effect is material, and takes most of what the first leaves."""
+    enough = gained(first.found, second.found) >= max(MATERIAL, SECOND_SIZE * over)
+    return enough and second.share >= SECOND and not second.held_share < 0.5
