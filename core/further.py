@@ -14,7 +14,9 @@ from .residual import QUIET
 from .timefit import extend, fit
 
 APART = 0.03  # relative, from every known pitch
+BESIDE = 0.25  # relative, from the strongest mode: nearer, what acts in time makes lines too
 TWIN = 0.25  # the same from a mode whose degenerate partner was not matched
+NEAR = 0.1  # of a computed pitch, that a mode beside the strongest one has
 SAME = 0.7  # MAC with the strongest mode above which it mimics what acts in time
 LOWEST = 0.9  # of the body's lowest pitch
 ALIKE = (0.3, 3.0)  # damping ratio over that of the known modes
@@ -142,6 +144,10 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
                 )
             )
             and bodily > BODILY
+            and (
+                abs(np.log(f / own[0])) > BESIDE
+                or any(abs(np.log(f / scale / body.modes.frequency[j])) < NEAR for j in free)
+            )
             and _clear(f, known, TWIN if paired else APART)
         ):
             out.append((float(f), float(z)))

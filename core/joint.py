@@ -95,6 +95,8 @@ def hear(case: Case, bare: ElasticModel, find_release) -> Heard:
 
 def _told(ground: "_Ground", rings: tuple, whole: tuple) -> Heard:
     free, turns, first = whole
+    if free.law.tied:
+        free = _untied(free)
     declared, damping = free, damping_law(ground.bodies[0].case.declared)
     if damping != "free":
         declared = fit(replace(free.law, damping=damping), free.parameters, evaluations=40)
@@ -173,8 +175,7 @@ def _beside(ground: "_Ground", free: TimeFit, match: Match):
     condition = ground.condition[ground.fitted[0]]
     for ring, both, ratio in neighbours(free, match, ground.bodies[condition].modes.frequency):
         chosen = [_amplitudes(ground.takes[i], ring) for i in ground.fitted]
-        found, *rest = _settled(ground, chosen, {condition: both}, ((len(match.modes), ratio),))
-        yield _untied(found), *rest
+        yield _settled(ground, chosen, {condition: both}, ((len(match.modes), ratio),))
 
 
 def _untied(found: TimeFit) -> TimeFit:

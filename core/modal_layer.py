@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import eigh
-from scipy.optimize import minimize
+from scipy.optimize import minimize, minimize_scalar
 
 from .body import Body
 from .channels import Channels
@@ -79,11 +79,9 @@ def compare(measured: Measured, values, shapes, unit=None) -> Hypothesis | None:
     alike = _alike(measured.shapes, shapes, own)
     for first in range(min(len(own), 3)):
         partners = _partners(measured, own, alike, first)
-        if partners is None:
-            continue
-        found = _at_best_modulus(measured, own, shapes, partners, unit)
-        if best is None or found.chi2 < best.chi2:
-            best = found
+        if partners is not None:
+            most = np.inf if best is None else best.chi2
+            best = _at_best_modulus(measured, own, shapes, partners, unit, most=most) or best
     return best
 
 
@@ -99,8 +97,8 @@ def rematched(measured: Measured, values, shapes, unit, found: Hypothesis) -> Hy
         for j in np.flatnonzero(alike[:, k] > LIKE):
             modes = (*found.modes[:k], int(j), *found.modes[k + 1 :])
             if len(set(modes)) == len(modes):
-                other = _at_best_modulus(measured, own, shapes, modes, unit)
-                found = min(found, other, key=lambda one: one.chi2)
+                most = found.chi2
+                found = _at_best_modulus(measured, own, shapes, modes, unit, most=most) or found
     return found
 
 
@@ -122,13 +120,18 @@ def _alike(measured, shapes, own) -> np.ndarray:
     power = (shapes**2).sum(axis=1)[:, None] * (measured**2).sum(axis=1)
     alike = (shapes @ measured.T) ** 2 / np.maximum(power, 1e-300)
     pairs = np.abs(own / own[:, None] - 1) < PAIR
+    done = {}
     for j in np.flatnonzero(pairs.sum(axis=1) > 1):
-        q, _ = np.linalg.qr(shapes[pairs[j]].T)
-        alike[j] = ((measured @ q) ** 2).sum(axis=1) / (measured**2).sum(axis=1)
+        both = tuple(np.flatnonzero(pairs[j]))
+        if both not in done:
+            q, _ = np.linalg.qr(shapes[list(both)].T)
+            done[both] = ((measured @ q) ** 2).sum(axis=1) / (measured**2).sum(axis=1)
+        alike[j] = done[both]
     return alike
 
 
-def _at_best_modulus(measured, own, shapes, partners, unit):
+def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
+    """The hypothesis with these partners, None where it costs no less than `most`."""
     ratio = np.log(measured.frequency / own[list(partners)])
     weight = measured.error**-2
     sag = None
@@ -140,6 +143,8 @@ def _at_best_modulus(measured, own, shapes, partners, unit):
             weight = np.r_[weight, (measured.sag_error / 2) ** -2]
     log_root = (weight @ ratio) / weight.sum()
     pull = (ratio - log_root) * np.sqrt(weight)
+    if (pull**2).sum() >= most:
+        return None
     modulus = float(np.exp(2 * log_root))
     if weigh:
         sag = unit / modulus / measured.softer
@@ -147,12 +152,19 @@ def _at_best_modulus(measured, own, shapes, partners, unit):
     for k, j in enumerate(partners):
         pair = shapes[np.abs(own / own[j] - 1) < PAIR]
         w = 1 / measured.shape_error[k]
-        part, *_ = np.linalg.lstsq((pair * w).T, measured.shapes[k] * w, rcond=None)
+        weighed, wanted = pair * w, measured.shapes[k] * w
+        if len(pair) == 1:
+            part = weighed @ wanted / max(float(weighed[0] @ weighed[0]), 1e-300)
+        else:
+            part, *_ = np.linalg.lstsq(weighed.T, wanted, rcond=None)
         fitted.append(part @ pair)
         left = ((measured.shapes[k] - fitted[-1]) * w) ** 2
         chi2.append(left.sum() * min(1.0, PIECES / (w > 1e-9).sum()))
+    whole = float((pull**2).sum() + np.sum(chi2))
+    if whole >= most:
+        return None
     return Hypothesis(
-        float((pull**2).sum() + np.sum(chi2)),
+        whole,
         modulus,
         partners,
         own[list(partners)] * np.sqrt(modulus),
@@ -306,6 +318,17 @@ def _refined(look, family: Family, theta: np.ndarray) -> np.ndarray:
     def whole(y):
         return np.clip(np.r_[theta[:n], y * scale], family.low, family.high)
 
+    if len(theta) == n + 1:
+        steps = np.unique(np.r_[family.grid[:, n], family.low[n], family.high[n]])
+        below, above = steps[steps < theta[n]], steps[steps > theta[n]]
+        sides = np.r_[below[-1:], theta[n], above[:1]][[0, -1]]
+        answer = minimize_scalar(
+            lambda y: look(whole(np.array([y])))[1],
+            bounds=sides / scale[0],
+            method="bounded",
+            options={"xatol": 1e-3, "maxiter": 20},
+        )
+        return min(theta, whole(np.array([answer.x])), key=lambda t: look(t)[1])
     answer = minimize(
         lambda y: look(whole(y))[1],
         theta[n:] / scale,

@@ -139,7 +139,8 @@ def _pruned(record: Record, model: Model) -> Model:
         total = len(poles.decay) + len(poles.creep)
         rest = [model_of(record, _without(poles, k), model.degree, 0) for k in range(total)]
         order = sorted(range(total), key=lambda k: rest[k].fit.cost)
-        doubtful = [k for k in order if k < model.modes and makeshift(record, model, k)]
+        # what it would cost most to lose bends no other
+        doubtful = [k for k in order[:-1] if k < model.modes and makeshift(record, model, k)]
         if doubtful:
             smaller = model_of(record, _without(poles, doubtful[0]), model.degree, TRIAL)
             model = _reasonable(record, smaller)

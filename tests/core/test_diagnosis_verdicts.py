@@ -211,3 +211,10 @@ def test_what_leaves_much_of_the_tail_does_not_explain_it(tmp_path):
     make("absent:stick_slip", 801, tmp_path)  # friction takes most of it, and still is another law
     diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
     assert diagnosis["verdict"] == "unexplained"
+
+
+@pytest.mark.slow
+def test_a_stop_whose_overtones_outnumber_the_modes_is_heard_all_the_same(tmp_path):
+    make("contact", 803, tmp_path)
+    diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
+    assert [e["name"] for e in diagnosis["effects"]] == ["contact"]
