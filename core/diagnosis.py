@@ -108,13 +108,13 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
         return Verdict("adequate", chain, (), (), (), ())
     able = singles(start, against=declared)
     ranked = tuple(c for c in able if not c.outdone)
-    strong = [c for c in ranked if c.evidence > EVIDENCE]
+    seen = [c for c in ranked if c.evidence > EVIDENCE]
+    strong = [c for c in seen if gained(declared, c.found) >= MATERIAL or shows(c, declared)]
     if (over < MATERIAL and not any(shows(c, declared) for c in strong)) or (
         not strong and declared.chi2 < NOISY * declared.samples and not strays(declared)
     ):
-        minor = tuple((c.names[0], gained(declared, c.found)) for c in strong)
+        minor = tuple((c.names[0], gained(declared, c.found)) for c in seen)
         return Verdict("adequate", chain, (), (), ranked, minor)
-    strong = [c for c in strong if gained(declared, c.found) >= MATERIAL or shows(c, declared)]
     if over < WEAK and not fails(declared) and more_modes(declared, strong):
         return Verdict("adequate", chain, (), (), ranked, ())
     strong = _widened(strong, declared, widen)
@@ -161,7 +161,7 @@ def _polished(found: list[Candidate], declared: TimeFit, widen: Callable) -> lis
     """The candidates, the best ones with the modes that they lay bare."""
     best = [
         max(c, judge(c.names, widen(c.found, 2), declared), key=lambda one: one.evidence)
-        if c.found.chi2 > NOISY * c.found.samples
+        if c.found.chi2 > NOISY * c.found.samples and c.share > ENOUGH
         else c
         for c in found[:RIVALS]
     ]

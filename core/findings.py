@@ -33,7 +33,7 @@ EVIDENCE = 10.0  # gain in BIC (Kass and Raftery 1995: very strong)
 ENOUGH = 0.6  # share of the misfit that an effect of the body must take
 NEARLY = 0.8  # of the best one's gain makes a twin
 CLEAR = 6.0  # misfit per piece above which no known effect is a finding in itself
-OUTWEIGHS = 3.0  # body's misfit over that in time, above which the latter decides nothing
+OUTWEIGHS = 4.5  # body's misfit over that in time, above which the latter decides nothing
 BENT = 0.95  # MAC below which a computed shape is not the measured one
 SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
@@ -320,7 +320,7 @@ def _told(best: Suspect, ranked: list[Suspect]) -> dict:
 
 def _parameters(one: Suspect) -> dict:
     """Value and the range over all grid points within the 95 % region."""
-    value = one.family.report(one.theta, one.hypothesis.modulus)
+    value = one.told
     others = [report for _, report in one.near]
     units = {p.name: p.unit for p in one.effect.parameters}
     out = {}

@@ -24,7 +24,7 @@ from .match import (
 )
 from .residual import NOISY, excess
 from .shutter import at_once
-from .timefit import best_fit, extend, fit
+from .timefit import as_it_stands, best_fit, extend, fit
 from .unheard import neighbours, weak_modes
 
 WEAK = 0.6  # likeness in shape less twice the difference in pitch that makes a weak mode known
@@ -186,7 +186,7 @@ def _untied(found: TimeFit) -> TimeFit:
     """
     law = replace(found.law, tied=())
     best = fit(law, found.parameters, evaluations=40)
-    return best if best.chi2 < NOISY * best.samples else fit(law, found.parameters, evaluations=0)
+    return best if best.chi2 < NOISY * best.samples else as_it_stands(law, found.parameters)
 
 
 def _with_all(settled: tuple, body: Body, condition: int, rings: tuple):

@@ -6,6 +6,7 @@ share by which computed shapes and marker places are trusted.
 """
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.linalg import eigh
@@ -17,6 +18,7 @@ from .effects import MODAL_EFFECTS
 from .effects.base import Effect, Family
 from .factorization import factorize
 from .match import PAIR
+from .side_by_side import side_by_side
 
 PITCH_FLOOR = 0.004  # relative error of a computed pitch that convergence does not see
 SHAPE_FLOOR = 0.02  # of a shape's largest entry
@@ -62,7 +64,7 @@ class Suspect:
     effect: Effect
     hypothesis: Hypothesis
     theta: np.ndarray
-    family: Family
+    told: dict  # the contract's parameters
     evidence: float
     cost: float
     near: list  # (cost, report) within the 95 % region
@@ -194,13 +196,16 @@ def suspects(ground: Ground, names) -> list[Suspect]:
     def solve(model, count):
         return improved(model, first[:, :count])
 
-    out = []
-    for effect in MODAL_EFFECTS:
-        if effect.name in names:
-            continue
+    def fitted(effect):
         family = effect.family(ground.body, solve)
-        if family is not None:
-            out.append(_fit(effect, family, ground))
+        return None if family is None else _fit(effect, family, ground)
+
+    effects = [effect for effect in MODAL_EFFECTS if effect.name not in names]
+    out = side_by_side(
+        [partial(fitted, effect) for effect in effects],
+        pack=lambda one: one and replace(one, effect=None),
+        unpack=lambda n, one: one and replace(one, effect=effects[n]),
+    )
     return sorted((s for s in out if s is not None), key=lambda s: -s.evidence)
 
 
@@ -261,8 +266,9 @@ def _best(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
     level = min(cost, tried[0][0]) + wide
     near = [*tried, *zip(costs, family.grid, strict=True)]
     near += [(level, edge) for edge in _edges(look, family, theta, cost + wide)]
-    told = [(c, _report(look, family, t)) for c, t in near if c <= level]
-    return Suspect(effect, found, theta, family, float(evidence), float(cost), told)
+    near = [(c, _report(look, family, t)) for c, t in near if c <= level and look(t)[0] is not None]
+    told = family.report(theta, found.modulus)
+    return Suspect(effect, found, theta, told, float(evidence), float(cost), near)
 
 
 def _report(look, family: Family, theta: np.ndarray) -> dict:

@@ -27,6 +27,7 @@ from .play import motion
 from .rehear import second_hearing
 from .residual import errors
 from .ringdown import find_release
+from .side_by_side import meanwhile
 from .signatures import budget
 from .stiffening import converged_eigenvalues, moved, stiffening
 from .tell import inflation, told_diagnosis, told_error, told_modes, told_modulus
@@ -80,9 +81,10 @@ def calibrate_case(
     bare = bare_model(case, mesh, element)
     heard = hear(case, bare, find_release)
     say(0.5, "Looking for what the model lacks")
-    heard, verdict = second_hearing(heard, _diagnosed(heard), _diagnosed)
-    say(0.8, "Comparing pitches and shapes")
-    stiff, sigma = _stiffening(case, mesh, heard)
+    with meanwhile(partial(_stiffening, case, mesh, heard)) as converged:
+        heard, verdict = second_hearing(heard, _diagnosed(heard), _diagnosed)
+        say(0.8, "Comparing pitches and shapes")
+        stiff, sigma = converged()
     findings = examine(heard, verdict, stiff, sigma)
     say(0.95, "Writing")
     report = _report(case, mesh, heard, verdict, findings, (stiff, sigma, element))

@@ -9,7 +9,7 @@ from .effects.base import Effect
 from .joint import Heard, nearby
 from .law import TimeFit, replace
 from .residual import NOISY, excess
-from .timefit import fit
+from .timefit import as_it_stands, fit
 
 SHOWN = 0.7  # of what is left, rms, is left at most with the further mode
 STIRRED = 0.3  # of the first mode's start, from which its own is sought
@@ -34,7 +34,7 @@ def second_hearing(
         if excess(wider) > SHOWN * excess(best):
             continue
         own = near.declared.law
-        start = fit(own, wider.parameters[: sum(own.sizes())], evaluations=0)
+        start = as_it_stands(own, wider.parameters[: sum(own.sizes())])
         again = diagnose(near, start)
         if excess(again.final) < SHOWN * excess(verdict.final):
             return near, again

@@ -12,7 +12,8 @@ ENOUGH_HELD = 0.70  # the same on held-out samples
 ALL = 0.95  # as ENOUGH, where it is read off the record and has to take nearly everything
 ENOUGH_BOTH = 0.88  # for two effects, which have more freedom
 SECOND_SIZE = 0.25  # of the declared fit's excess, rms, that a second effect must take
-SECOND = 0.6  # share of what the first leaves that a second must take
+SECOND, SECOND_HELD = 0.6, 0.5  # share of what the first leaves that a second must take
+NEARLY_ALL = 0.97  # share of the excess where what was held out is still far off
 FAR_OFF = 2.0  # times its noise, from which a held-out error is that of something not modelled
 
 
@@ -47,7 +48,7 @@ def sufficient(candidate: Candidate, enough: float, *, nearly: bool = False) -> 
     takes = candidate.found.chi2 < NOISY * count
     found = candidate.found.law.effects[-len(candidate.names) :]
     takes |= candidate.share >= (ALL if all(e.free for e in found) else enough)
-    ahead = ALL if strays(candidate.found) and not nearly else ENOUGH_HELD
+    ahead = NEARLY_ALL if strays(candidate.found) and not nearly else ENOUGH_HELD
     return takes and not candidate.held_share < ahead
 
 
@@ -79,6 +80,12 @@ def one_of(
 
 
 def counts_second(first: Candidate, second: Candidate, over: float) -> bool:
-    """Whether a second effect is material, and takes most of what the first leaves."""
-    enough = gained(first.found, second.found) >= max(MATERIAL, SECOND_SIZE * over)
-    return enough and second.share >= SECOND and not second.held_share < 0.5
+    """Whether a second effect is material, and takes most of what the first leaves.
+
+    It may be small beside the first where it leaves nothing but noise, held out too.
+    """
+    size = gained(first.found, second.found)
+    if size < MATERIAL or second.share < SECOND or second.held_share < SECOND_HELD:
+        return False
+    nothing = second.found.chi2 < NOISY * second.found.samples and not fails(second.found)
+    return size >= SECOND_SIZE * over or (nothing and second.share >= ENOUGH_BOTH)

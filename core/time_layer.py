@@ -8,16 +8,18 @@
 """
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from .baseline import px_per_metre
 from .effects import TIME_EFFECTS, base_motion, lost_frames, tracker_drift
 from .effects.base import FINE, Effect
-from .law import TRUST, TimeFit
+from .law import TRUST, Law, TimeFit
 from .residual import misfit, nrmse
+from .side_by_side import side_by_side
 from .simulate import COARSE
-from .timefit import best_fit, extend, fit, instead, screen, swapped, turned
+from .timefit import as_it_stands, best_fit, extend, fit, instead, screen, swapped, turned
 
 EVIDENCE = 20.0  # least gain in BIC (Kass and Raftery 1995 call 10 very strong)
 MATERIAL = 0.005  # least share of the motion's RMS
@@ -26,6 +28,7 @@ BEAM = 4
 PROMISE = 8.0  # least gain in chi2 that a score test must see before an effect is fitted
 SETTLED = 0.95  # share of the excess from which what comes later gets one start only
 BEGUN = 7  # places that a fit begins from: the marker and the six farthest apart on the body
+AT_ONCE = 2  # the most promising effects, which may settle the rest
 RUNNERS = 2  # starting places of an effect that are fitted
 HORIZONS = (0.4, 1.0)  # shares of the fitted part: from short to long, lest a phase slip traps
 
@@ -149,13 +152,18 @@ def race(
 ) -> TimeFit:
     """The best fit of `start` with `effect`, from the most promising of its starting places."""
     first = _unlike(effect, begins, promise)[:runners]
-    tries = [extend(start, (effect,), [begins[i]]) for i in first]
+    law = _raced(start, effect, begins[first[0]])
+    tries = [extend(start, (effect,), [begins[i]])[1] for i in first]
+    marched = effect.force or effect.acceleration
+    return best_fit(law, np.array(tries), HORIZONS if marched else (1.0,))
+
+
+def _raced(start: TimeFit, effect: Effect, begin) -> Law:
+    law, _ = extend(start, (effect,), [begin])
     # with misfit beyond noise a weight in noise units would be too weak
     trust = TRUST * max(np.sqrt(start.chi2 / start.samples), 1.0)
-    steps = FINE if any(e.sudden for e in tries[0][0].effects) else COARSE
-    law = replace(tries[0][0], trust=trust, setting=replace(start.law.setting, steps=steps))
-    marched = effect.force or effect.acceleration
-    return best_fit(law, np.array([p for _, p in tries]), HORIZONS if marched else (1.0,))
+    steps = FINE if any(e.sudden for e in law.effects) else COARSE
+    return replace(law, trust=trust, setting=replace(start.law.setting, steps=steps))
 
 
 def _unlike(effect: Effect, begins: list, promise: np.ndarray) -> list[int]:
@@ -191,24 +199,56 @@ def singles(
     start: TimeFit, before: tuple[str, ...] = (), against: TimeFit | None = None, most: int = 10
 ) -> list[Candidate]:
     """The best candidate of every name that a score test promises something, best first."""
-    best, names = {}, set()
-    entries = _entries(start)
+    best = {}
+    chosen = _chosen(_entries(start), most)
+    first = len(chosen) if before else AT_ONCE
+    for some in (chosen[:first], chosen[first:]):
+        settled = any(c.share > SETTLED for c in best.values())
+        for name, found, plainer in _tried(start, some, runners=1 if settled else RUNNERS):
+            if found is None:
+                continue
+            candidate = judge((*before, name), found, against or start)
+            if name not in best or candidate.evidence > best[name].evidence:
+                best[name] = replace(candidate, outdone=plainer)
+    return sorted(best.values(), key=lambda c: -c.evidence)
+
+
+def _chosen(entries: list, most: int) -> list:
+    """The entries of the `most` names that a score test promises something, best first."""
+    names, out = set(), []
     least = max([PROMISE, *(0.01 * promise.max() for promise, _, _ in entries[:1])])
     for promise, effect, begins in entries:
         if promise.max() < least and not effect.clock:  # that may show where it was not fitted
             continue
-        if effect.name not in names and len(names) == most:
-            continue
-        names.add(effect.name)
-        settled = any(c.share > SETTLED for c in best.values())
-        found = race(start, effect, begins, promise, runners=1 if settled else RUNNERS)
-        if vetoed(found):
-            continue
-        candidate = judge((*before, effect.name), found, against or start)
-        candidate = replace(candidate, outdone=outdone(found))
-        if effect.name not in best or candidate.evidence > best[effect.name].evidence:
-            best[effect.name] = candidate
-    return sorted(best.values(), key=lambda c: -c.evidence)
+        if effect.name in names or len(names) < most:
+            names.add(effect.name)
+            out.append((promise, effect, begins))
+    return out
+
+
+def _tried(start: TimeFit, entries: list, *, runners: int) -> list:
+    """(name, fit or None where it is vetoed, whether it is outdone) of every entry."""
+
+    def tried(promise, effect, begins):
+        found = race(start, effect, begins, promise, runners=runners)
+        return None if vetoed(found) else (found, outdone(found))
+
+    def unpack(n, packed):
+        if packed is None:
+            return None
+        p, plainer = packed
+        _, effect, begins = entries[n]
+        return as_it_stands(_raced(start, effect, begins[0]), p), plainer
+
+    done = side_by_side(
+        [partial(tried, *entry) for entry in entries],
+        pack=lambda one: one and (one[0].parameters, one[1]),
+        unpack=unpack,
+    )
+    return [
+        (effect.name, *(one or (None, False)))
+        for (_, effect, _), one in zip(entries, done, strict=True)
+    ]
 
 
 def refuted(found: TimeFit) -> bool:

@@ -69,6 +69,12 @@ def best_fit(law: Law, starts: np.ndarray, horizons=(1.0,), evaluations: int = 1
     return conclude(law, p, jacobian)
 
 
+def as_it_stands(law: Law, p: np.ndarray) -> TimeFit:
+    """What a fit that ended at `p` says."""
+    ((_, jacobian),) = _look(law, [p], _bounds(law)[1])
+    return conclude(law, p, jacobian)
+
+
 def _gauged(law: Law, p: np.ndarray) -> np.ndarray:
     """p with every start scaled so that its shape is one at the reference again.
 

@@ -218,3 +218,17 @@ def test_a_stop_whose_overtones_outnumber_the_modes_is_heard_all_the_same(tmp_pa
     make("contact", 803, tmp_path)
     diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
     assert [e["name"] for e in diagnosis["effects"]] == ["contact"]
+
+
+@pytest.mark.slow
+def test_a_small_second_effect_counts_where_it_leaves_nothing(tmp_path):
+    truth = make("two:lost_frames+relaxation", 804, tmp_path)  # the one is a seventh of the other
+    diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
+    assert {e["name"] for e in diagnosis["effects"]} == set(truth["effects"])
+
+
+@pytest.mark.slow
+def test_what_is_seen_but_immaterial_leaves_the_model_adequate(tmp_path):
+    make("trap:density", 804, tmp_path)
+    diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
+    assert diagnosis["verdict"] == "adequate"
