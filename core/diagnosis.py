@@ -15,15 +15,16 @@ import numpy as np
 from .damping import find_damping
 from .decidable import undecidable
 from .foils import is_broken, weakens
+from .forgotten import more_modes
 from .law import TimeFit
 from .residual import NOISY, QUIET, excess
 from .sufficiency import (
     ENOUGH,
     ENOUGH_BOTH,
+    beats_single,
     counts_second,
     fails,
     gained,
-    is_more,
     one_of,
     shows,
     strays,
@@ -31,7 +32,6 @@ from .sufficiency import (
 )
 from .time_layer import EVIDENCE, MATERIAL, NEARLY, Candidate, judge, pairs, singles
 from .timefit import sharp
-from .unheard import more_modes
 
 WEAK = 0.05  # of the motion, rms: more than that is no forgotten weak mode
 RIVALS = 3  # single effects of which a second one is sought
@@ -131,7 +131,8 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     nearly = [c for c in found if sufficient(c, ENOUGH_BOTH, nearly=True)]
     if both and is_broken(declared, both[0]):
         return Verdict("unexplained", chain, (), (), ranked, ())
-    one = one_of(declared, both[0].found, over, strong) if both else None
+    least = strong[0].evidence if strong else 0.0
+    one = one_of(declared, both[0].found, over, least) if both else None
     if one:
         return Verdict(
             "explained",
@@ -142,9 +143,9 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
             (),
         )
     if both:
-        return _two(chain, both, ranked)
-    if nearly and is_more(nearly[0], strong, over):
-        return replace(_two(chain, nearly, ranked), verdict="unexplained")
+        return _two(chain, both, ranked, able)
+    if nearly and beats_single(nearly[0], strong, over):
+        return replace(_two(chain, nearly, ranked, able), verdict="unexplained")
     partial = [c for c in strong[:1] if c.share > 0.3 and not c.held_share < 0.3]
     if partial:
         return _partly(chain, partial[0], strong, ranked)
@@ -158,23 +159,28 @@ def _partly(chain, best: Candidate, strong: list[Candidate], ranked) -> Verdict:
 
 
 def _polished(found: list[Candidate], declared: TimeFit, widen: Callable) -> list[Candidate]:
-    """The candidates, the best ones with the modes that they lay bare."""
-    best = [
-        max(c, judge(c.names, widen(c.found, 2), declared), key=lambda one: one.evidence)
-        if c.found.chi2 > NOISY * c.found.samples and c.share > ENOUGH
-        else c
-        for c in found[:RIVALS]
-    ]
-    return sorted([*best, *found[RIVALS:]], key=lambda c: -c.evidence)
+    """The candidates of two effects, the best ones with the modes that they lay bare."""
+    able = [c.share > ENOUGH and n < RIVALS for n, c in enumerate(found)]
+    return _laid_bare(found, able, declared, widen)
 
 
 def _widened(strong: list[Candidate], declared: TimeFit, widen: Callable) -> list[Candidate]:
     """The candidates, those near the best with the modes that they lay bare."""
-    near = [c for c in strong[:RIVALS] if c.evidence >= NEARLY * strong[0].evidence]
-    out = strong[len(near) :]
-    for c in near:
-        if c.found.chi2 > NOISY * c.found.samples and not c.found.law.effects[-1].given:
-            c = max(c, judge(c.names, widen(c.found, 1), declared), key=lambda one: one.evidence)
+    able = [c.evidence >= NEARLY * strong[0].evidence and n < RIVALS for n, c in enumerate(strong)]
+    return _laid_bare(strong, able, declared, widen)
+
+
+def _laid_bare(found: list[Candidate], able: list[bool], declared: TimeFit, widen: Callable):
+    """The candidates, best first, those that are `able` with further modes where that is better.
+
+    What an effect took from the residual itself lays nothing bare.
+    """
+    out = []
+    for c, may in zip(found, able, strict=True):
+        own = c.found.law.effects[-len(c.names) :]
+        if may and c.found.chi2 > NOISY * c.found.samples and not any(e.given for e in own):
+            wider = judge(c.names, widen(c.found, len(own)), declared)
+            c = max(c, wider, key=lambda one: one.evidence)
         out.append(c)
     return sorted(out, key=lambda c: -c.evidence)
 
@@ -208,7 +214,7 @@ def _add_second(chain, strong: list[Candidate], ranked, over: float) -> Verdict:
         able = [t for t in tries if t[1] and counts_second(t[0], t[1][0], over)]
         best, more = max(able, key=lambda t: t[0].evidence + t[1][0].evidence, default=tries[0])
     if more and counts_second(best, more[0], over):
-        one = one_of(chain[0][1], more[0].found, over, [best])
+        one = one_of(chain[0][1], more[0].found, over, best.evidence)
         best, more = (best, more) if one is None else (one, [])
     chain += ((best.names[0], best.found),)
     effects, twins, minor = (best,), (twins_of(best, strong),), ()
@@ -222,10 +228,13 @@ def _add_second(chain, strong: list[Candidate], ranked, over: float) -> Verdict:
     return Verdict("explained", chain, effects, twins, ranked, minor)
 
 
-def _two(chain, both: list[Candidate], ranked) -> Verdict:
-    """Two effects found together, the one that does more alone first."""
+def _two(chain, both: list[Candidate], ranked, able: list[Candidate]) -> Verdict:
+    """Two effects found together, the one that does more alone first.
+
+    `able`: single effects, those included that a plainer one outdoes as long as they are alone.
+    """
     best = both[0]
-    alone = {c.names[0]: c for c in ranked}
+    alone = {c.names[0]: c for c in able}
     names = sorted(best.names, key=lambda n: -alone[n].evidence if n in alone else 0)
     declared = chain[0][1]
     middle = alone[names[0]].found if names[0] in alone else best.found

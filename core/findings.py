@@ -111,7 +111,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     base, K = ground.base, len(ground.measured.frequency)
     pieces = K * PIECES + (K - 1) + (ground.pull is not None)
     plain = replace(plain, warnings=_sag_lines(ground))
-    marched = any(e.force or e.acceleration for e in verdict.final.law.effects)
+    marched = any(e.marched for e in verdict.final.law.effects)
     if marched and base.modes != heard.match.modes:
         return plain  # what acts in time has bent the shapes beyond knowing which mode is which
     ratios = max(len(base.pitch_pull) - 1, 1)

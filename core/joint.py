@@ -87,13 +87,14 @@ def hear(case: Case, bare: ElasticModel, find_release) -> Heard:
     settled = _settled(ground, chosen, matches)
     straight = tuple(_straightened(ground, settled[1], i) for i in range(len(takes)))
     if any(new is not old for new, old in zip(straight, takes, strict=True)):
-        takes, ground = straight, replace(ground, takes=straight)
+        ground = replace(ground, takes=straight)
         chosen = [_same_poles(ground, rings, i, settled[2]) for i in fitted]
         settled = _settled(ground, chosen, settled[2])
-    return _told(ground, rings, _whole(ground, settled, rings))
+    return _heard(ground, rings, _whole(ground, settled, rings))
 
 
-def _told(ground: "_Ground", rings: tuple, whole: tuple) -> Heard:
+def _heard(ground: "_Ground", rings: tuple, whole: tuple) -> Heard:
+    """All that was heard, with the declared fit."""
     free, turns, first = whole
     if free.law.tied:
         free = _untied(free)
@@ -112,7 +113,7 @@ def nearby(heard: Heard):
     ground = _Ground(heard.takes, heard.condition, heard.bodies, fitted)
     for wider in _beside(ground, heard.free, heard.match):
         if wider[2][condition].modes[:-1] == heard.match.modes:
-            yield _told(ground, heard.rings, _with_all(wider, heard.body, condition, heard.rings))
+            yield _heard(ground, heard.rings, _with_all(wider, heard.body, condition, heard.rings))
 
 
 def _listened(case: Case, bare: ElasticModel, find_release) -> tuple["_Ground", tuple]:

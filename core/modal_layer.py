@@ -145,7 +145,7 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
             weight = np.r_[weight, (measured.sag_error / 2) ** -2]
     log_root = (weight @ ratio) / weight.sum()
     pull = (ratio - log_root) * np.sqrt(weight)
-    if (pull**2).sum() >= most:
+    if not (pull**2).sum() < most:
         return None
     modulus = float(np.exp(2 * log_root))
     if weigh:
@@ -163,7 +163,7 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
         left = ((measured.shapes[k] - fitted[-1]) * w) ** 2
         chi2.append(left.sum() * min(1.0, PIECES / (w > 1e-9).sum()))
     whole = float((pull**2).sum() + np.sum(chi2))
-    if whole >= most:
+    if not whole < most:
         return None
     return Hypothesis(
         whole,
@@ -350,8 +350,16 @@ def _looker(effect: Effect, family: Family, ground: Ground):
     seen = body.seen(ground.data, family.basis.reshape(len(body.model.points), 3, -1)).T  # (C, r)
     gravity = body.case.takes[0].gravity
     count = min(len(ground.shrink), family.basis.shape[1])
+    known = {}
 
     def look(theta):
+        theta = np.asarray(theta, float)
+        key = theta.tobytes()
+        if key not in known:
+            known[key] = solved(theta)
+        return known[key]
+
+    def solved(theta):
         K, M = family.matrices(theta)
         values, x = eigh(K, M, subset_by_index=[0, count - 1])
         unit = None

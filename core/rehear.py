@@ -8,7 +8,7 @@ from .diagnosis import Verdict
 from .effects.base import Effect
 from .joint import Heard, nearby
 from .law import TimeFit, replace
-from .residual import NOISY, excess
+from .residual import NOISY, errors, excess
 from .timefit import as_it_stands, fit
 
 SHOWN = 0.7  # of what is left, rms, is left at most with the further mode
@@ -36,9 +36,17 @@ def second_hearing(
         own = near.declared.law
         start = as_it_stands(own, wider.parameters[: sum(own.sizes())])
         again = diagnose(near, start)
-        if excess(again.final) < SHOWN * excess(verdict.final):
+        if _is_better(again, verdict):
             return near, again
     return heard, verdict
+
+
+def _is_better(again: Verdict, before: Verdict) -> bool:
+    """Whether less is left, held out too, and no less is explained."""
+    if before.verdict == "explained" != again.verdict:
+        return False
+    less = excess(again.final) < SHOWN * excess(before.final)
+    return less and not errors(again.final)[0] > errors(before.final)[0]
 
 
 def _with_effects(near: Heard, found: TimeFit, heard: Heard) -> TimeFit:
@@ -49,7 +57,8 @@ def _with_effects(near: Heard, found: TimeFit, heard: Heard) -> TimeFit:
     own = near.declared.parameters[sum(law.sizes()[:2]) :]
     pairs = zip(old.effects, found.theta, strict=True)
     new = [(e, _wider(e, t[0], K, near.declared)) for e, t in pairs if e.name not in known]
-    law = replace(law, effects=(*law.effects, *(e for e, _ in new)))
+    ratio = outer[K] - outer[0]
+    law = replace(law, effects=(*law.effects, *(e for e, _ in new)), tied=((K, ratio),))
     return fit(law, np.concatenate([outer, own, *(t for _, t in new)]), evaluations=20)
 
 

@@ -1,9 +1,10 @@
-"""Independent work on two cores: a forked child takes every piece that is not yet taken.
+"""Independent work on two cores: this process and a forked child take piece after piece.
 
-Only where forking is safe: on Linux, in a process of one thread that is not Blender. Elsewhere
-one piece follows the other, with the same result.
+Only where forking is safe and a core is free: on Linux, in a process of one thread that is not
+Blender. Elsewhere one piece follows the other, with the same result.
 """
 
+import ctypes
 import os
 import pickle
 import signal
@@ -11,30 +12,34 @@ import sys
 from collections.abc import Callable
 from contextlib import contextmanager
 
-CHILD = "RINGDOWN_SIDE"  # set where no core is left for a child
-MOST = 255  # pieces; more take turns
+ALONE = "RINGDOWN_ALONE"  # an environment variable; set, it keeps all work in one process
+MOST = 255  # pieces; more follow one another
+DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG
+
+_children: set[int] = set()  # not waited for yet
 
 
 def side_by_side(jobs: list[Callable[[], object]], *, pack=None, unpack=None) -> list:
-    """What each of the `jobs` returns, in their order; the longest ones had better come first.
+    """What each of the `jobs` returns, in their order.
 
     pack(result) makes what goes from one process to the other, which must pickle;
     unpack(number of the job, packed) makes the result of it again.
     """
     if not 1 < len(jobs) <= MOST or not _may_fork():
         return [job() for job in jobs]
-    tickets, reader, child = _open(jobs, pack)
+    tickets, issue = os.pipe()
+    os.write(issue, bytes(range(len(jobs))))
+    os.close(issue)
+    child, reader = _fork(lambda: _share(jobs, pack, tickets))
     try:
         done = {n: jobs[n]() for n in _taken(tickets)}
-        told = _received(reader) or {}
     except BaseException:
-        os.kill(child, signal.SIGKILL)
+        _drop(child, reader)
         raise
     finally:
-        os.close(reader)
         os.close(tickets)
-        os.waitpid(child, 0)
-    for n, packed in told.items():
+    _, told = _wait(child, reader)
+    for n, packed in (told or {}).items():
         done[n] = unpack(n, packed) if unpack else packed
     # what the child came to grief over comes to grief here, where it can be told
     return [done[n] if n in done else job() for n, job in enumerate(jobs)]
@@ -46,53 +51,74 @@ def meanwhile(job: Callable[[], object]):
     if not _may_fork():
         yield job
         return
-    reader, writer = os.pipe()
-    child = os.fork()
-    if not child:
-        _send(writer, job)
-    os.close(writer)
+    child, reader = _fork(job)
+    answer = []
+
+    def result():
+        if not answer:
+            whole, told = _wait(child, reader)
+            answer.append(told if whole else job())
+        return answer[0]
+
     try:
-        yield lambda: _received(reader) or job()
+        yield result
     finally:
-        os.kill(child, signal.SIGKILL)  # it has nothing left to do, or nobody to do it for
-        os.close(reader)
-        os.waitpid(child, 0)
-
-
-def _received(reader: int):
-    with os.fdopen(reader, "rb", closefd=False) as pipe:
-        sent = pipe.read()
-    return pickle.loads(sent) if sent else None
-
-
-def _send(writer: int, job: Callable[[], object]) -> None:
-    """The child's whole life: do the job, tell, and never return."""
-    os.environ[CHILD] = "1"
-    try:
-        sent = pickle.dumps(job())
-        with os.fdopen(writer, "wb") as pipe:
-            pipe.write(sent)
-    finally:
-        os._exit(0)
+        if child in _children:
+            _drop(child, reader)
 
 
 def _may_fork() -> bool:
-    if sys.platform != "linux" or "bpy" in sys.modules or os.environ.get(CHILD):
+    if sys.platform != "linux" or "bpy" in sys.modules or os.environ.get(ALONE):
         return False
-    return len(os.sched_getaffinity(0)) > 1 and len(os.listdir("/proc/self/task")) == 1
+    busy = 1 + sum(map(_is_at_work, _children))
+    return len(os.sched_getaffinity(0)) > busy and len(os.listdir("/proc/self/task")) == 1
 
 
-def _open(jobs: list, pack) -> tuple[int, int, int]:
-    """Where the numbers of untaken jobs and the child's results are read, and the child."""
-    tickets, issue = os.pipe()
-    os.write(issue, bytes(range(len(jobs))))
-    os.close(issue)
+def _is_at_work(child: int) -> bool:
+    return os.waitid(os.P_PID, child, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None
+
+
+def _fork(work: Callable[[], object]) -> tuple[int, int]:
+    """A child that sends what `work` returns, and where that is read."""
     reader, writer = os.pipe()
-    child = os.fork()
-    if not child:
-        _send(writer, lambda: _share(jobs, pack, tickets))
-    os.close(writer)
-    return tickets, reader, child
+    parent, child = os.getpid(), os.fork()
+    if child:
+        os.close(writer)
+        _children.add(child)
+        return child, reader
+    status = 1
+    try:
+        os.close(reader)
+        ctypes.CDLL(None).prctl(DEATH_SIGNAL, int(signal.SIGKILL), 0, 0, 0)
+        if os.getppid() == parent:  # else it died before that was settled
+            os.environ[ALONE] = "1"
+            sent = pickle.dumps(work())
+            with os.fdopen(writer, "wb") as pipe:
+                pipe.write(sent)
+            status = 0
+    finally:
+        os._exit(status)
+
+
+def _wait(child: int, reader: int) -> tuple[bool, object]:
+    """Whether the child's result came whole, and the result."""
+    try:
+        with os.fdopen(reader, "rb", closefd=False) as pipe:
+            sent = pipe.read()
+    except BaseException:
+        _drop(child, reader)
+        raise
+    os.close(reader)
+    _, status = os.waitpid(child, 0)
+    _children.discard(child)
+    return (True, pickle.loads(sent)) if status == 0 else (False, None)
+
+
+def _drop(child: int, reader: int) -> None:
+    os.kill(child, signal.SIGKILL)
+    os.close(reader)
+    os.waitpid(child, 0)
+    _children.discard(child)
 
 
 def _taken(tickets: int):

@@ -52,26 +52,23 @@ def sufficient(candidate: Candidate, enough: float, *, nearly: bool = False) -> 
     return takes and not candidate.held_share < ahead
 
 
-def is_more(both: Candidate, strong: list[Candidate], over: float) -> bool:
+def beats_single(both: Candidate, strong: list[Candidate], over: float) -> bool:
     """Whether two effects do clearly more than the best single one."""
     if not strong:
         return True
     return counts_second(strong[0], judge(both.names, both.found, strong[0].found), over)
 
 
-def one_of(
-    declared: TimeFit, both: TimeFit, over: float, strong: list[Candidate]
-) -> Candidate | None:
-    """The one of two effects that does without the other and better than the best single one.
+def one_of(declared: TimeFit, both: TimeFit, over: float, least: float) -> Candidate | None:
+    """The one of two effects that does without the other, with more evidence than `least`.
 
     The search for it may have missed it; the second one then only led the way there.
     """
     effects = both.law.effects
-    best = max((c.evidence for c in strong[:1]), default=0.0)
     for dropped, kept in ((-2, -1), (-1, -2)):
         alone = without(both, len(effects) + dropped)
         one = judge((effects[kept].name,), alone, declared)
-        if one.evidence <= best or not sufficient(one, ENOUGH):
+        if one.evidence <= least or not sufficient(one, ENOUGH):
             continue
         pair = judge((effects[kept].name, effects[dropped].name), both, alone)
         if not (refuted(alone) or counts_second(one, pair, over)):
@@ -85,7 +82,7 @@ def counts_second(first: Candidate, second: Candidate, over: float) -> bool:
     It may be small beside the first where it leaves nothing but noise, held out too.
     """
     size = gained(first.found, second.found)
-    if size < MATERIAL or second.share < SECOND or second.held_share < SECOND_HELD:
+    if not (size >= MATERIAL and second.share >= SECOND) or second.held_share < SECOND_HELD:
         return False
     nothing = second.found.chi2 < NOISY * second.found.samples and not fails(second.found)
     return size >= SECOND_SIZE * over or (nothing and second.share >= ENOUGH_BOTH)

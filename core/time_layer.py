@@ -16,7 +16,7 @@ from .baseline import px_per_metre
 from .effects import TIME_EFFECTS, base_motion, lost_frames, tracker_drift
 from .effects.base import FINE, Effect
 from .law import TRUST, Law, TimeFit
-from .residual import misfit, nrmse
+from .residual import misfit
 from .side_by_side import side_by_side
 from .simulate import COARSE
 from .timefit import as_it_stands, best_fit, extend, fit, instead, screen, swapped, turned
@@ -152,14 +152,13 @@ def race(
 ) -> TimeFit:
     """The best fit of `start` with `effect`, from the most promising of its starting places."""
     first = _unlike(effect, begins, promise)[:runners]
-    law = _raced(start, effect, begins[first[0]])
+    law = _raced(start, effect)
     tries = [extend(start, (effect,), [begins[i]])[1] for i in first]
-    marched = effect.force or effect.acceleration
-    return best_fit(law, np.array(tries), HORIZONS if marched else (1.0,))
+    return best_fit(law, np.array(tries), HORIZONS if effect.marched else (1.0,))
 
 
-def _raced(start: TimeFit, effect: Effect, begin) -> Law:
-    law, _ = extend(start, (effect,), [begin])
+def _raced(start: TimeFit, effect: Effect) -> Law:
+    law = replace(start.law, effects=(*start.law.effects, effect))
     # with misfit beyond noise a weight in noise units would be too weak
     trust = TRUST * max(np.sqrt(start.chi2 / start.samples), 1.0)
     steps = FINE if any(e.sudden for e in law.effects) else COARSE
@@ -237,8 +236,7 @@ def _tried(start: TimeFit, entries: list, *, runners: int) -> list:
         if packed is None:
             return None
         p, plainer = packed
-        _, effect, begins = entries[n]
-        return as_it_stands(_raced(start, effect, begins[0]), p), plainer
+        return as_it_stands(_raced(start, entries[n][1]), p), plainer
 
     done = side_by_side(
         [partial(tried, *entry) for entry in entries],
@@ -290,8 +288,3 @@ def pairs(start: TimeFit, ranked: list[Candidate]) -> list[Candidate]:
             if key not in best or candidate.evidence > best[key].evidence:
                 best[key] = candidate
     return sorted(best.values(), key=lambda c: -c.evidence)
-
-
-def held_out(found: TimeFit) -> float:
-    """Held-out NRMSE."""
-    return nrmse(found.law.takes, found.predicted, True)

@@ -71,7 +71,7 @@ def best_fit(law: Law, starts: np.ndarray, horizons=(1.0,), evaluations: int = 1
 
 def as_it_stands(law: Law, p: np.ndarray) -> TimeFit:
     """What a fit that ended at `p` says."""
-    ((_, jacobian),) = _look(law, [p], _bounds(law)[1])
+    ((_, jacobian),) = _look(_cut(law, 1.0), [p], _bounds(law)[1])
     return conclude(law, p, jacobian)
 
 
@@ -154,7 +154,7 @@ def _search(p, bounds, evaluations: int):
 def sharp(found: TimeFit) -> TimeFit:
     """The fit to its end and in fine steps; itself where no force is marched."""
     law = found.law
-    if not any(e.force or e.acceleration for e in law.effects):
+    if not any(e.marched for e in law.effects):
         return found
     law = replace(law, setting=replace(law.setting, steps=FINE))
     return fit(law, found.parameters, evaluations=20)
@@ -236,7 +236,7 @@ def swapped(found: TimeFit, effect: Effect, thetas: list) -> tuple[Law, np.ndarr
 
 
 def turned(found: TimeFit) -> TimeFit:
-    """The same fit with its last two effects in the other order."""
+    """Fitted with its last two effects in the other order, from where it stands."""
     law, theta = found.law, found.theta
     law = replace(law, effects=(*law.effects[:-2], *law.effects[:-3:-1]))
     outer = found.parameters[: sum(law.sizes()[:2])]

@@ -99,6 +99,8 @@ def run_all(wanted: list, jobs: int, path: Path | None) -> list:
         lines = path.read_text(encoding="utf-8").splitlines()
         kept = {(r["kind"], r["seed"]): r for r in map(json.loads, lines) if "crash" not in r}
     todo = [case for case in wanted if case not in kept]
+    if jobs > 1:  # each has one core
+        os.environ["RINGDOWN_ALONE"] = "1"
     with ProcessPoolExecutor(jobs) as pool:
         waiting = [pool.submit(safely, *case) for case in todo]
         for n, done in enumerate(as_completed(waiting)):

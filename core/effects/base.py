@@ -121,6 +121,11 @@ class Effect:
     nothing: tuple[str, float] | None = None  # modal: the parameter, and its value without effect
     family: Callable | None = None  # modal layer: (body, solve) -> Family, or None
 
+    @property
+    def marched(self) -> bool:
+        """Whether the motion has to be simulated with it."""
+        return bool(self.force or self.acceleration)
+
 
 @dataclass(eq=False)
 class State:

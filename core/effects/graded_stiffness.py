@@ -15,7 +15,7 @@ from ..data import replace
 from ..elasticity import assemble
 from .base import Effect, Family, Parameter, reduced_basis
 
-RATIOS = (0.3, 4.0)
+RATIOS = (0.3, 0.6, 1.8, 3.5)
 DEGREE = 4  # of the polynomial that stands for r^s; within 0.3 % for a ratio of ten
 ALIKE = 0.98  # cosine from which two axes are one
 

@@ -10,8 +10,6 @@ import numpy as np
 
 from .base import Effect, Parameter
 
-LONGEST = 2.0  # records that its time may be long
-CLEARLY = 0.1  # relative standard deviation of a time that shows although it is longer than one
 SHORT = 1 / (1 - np.exp(-1)) - 1  # what held for only as long as its time would hide of the ratio
 
 
@@ -28,12 +26,9 @@ def starts(setting, residual):
 
 
 def veto(found):
-    """Faster than it swings it is damping; slower than the record it is an offset, unless its
-    time shows all the same.
-    """
-    time, at = np.exp(found.theta[-1][0][0]), len(found.parameters) - 1
-    spread = np.sqrt(found.covariance[at, at] * max(found.chi2 / found.samples, 1.0))
-    if time > found.law.setting.duration * (LONGEST if spread < CLEARLY else 1):
+    """Faster than it swings it is damping; slower than the record it is an offset."""
+    time = np.exp(found.theta[-1][0][0])
+    if time > found.law.setting.duration:
         return "slower than the record"
     return "it is damping" if time * found.law.setting.omega[0] < 1 else ""
 

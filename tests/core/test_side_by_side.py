@@ -1,7 +1,11 @@
 """Independent work in two processes gives what it gives in one."""
 
 import os
+import signal
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,21 +13,24 @@ import pytest
 from core import side_by_side as where
 from core.side_by_side import meanwhile, side_by_side
 
+LARGE = 200_000  # more than a pipe holds
+
 
 @pytest.fixture(params=[True, False], ids=["forked", "in turn"])
 def forked(request, monkeypatch):
-    if request.param and not hasattr(os, "fork"):
+    if request.param and sys.platform != "linux":
         pytest.skip("no fork here")
     monkeypatch.setattr(where, "_may_fork", lambda: request.param)
-    return request.param
+    yield request.param
+    assert not where._children
 
 
 def test_results_come_in_the_order_of_the_jobs(forked):
-    jobs = [lambda n=n: (time.sleep(0.05), n, os.getpid(), np.full(3, n)) for n in range(6)]
+    jobs = [lambda n=n: (time.sleep(0.05), n, os.getpid(), np.full(LARGE, n)) for n in range(6)]
     out = side_by_side(jobs)
     assert [n for _, n, _, _ in out] == list(range(6))
     assert len({pid for _, _, pid, _ in out}) == (2 if forked else 1)
-    assert (out[3][3] == 3).all()
+    assert all((values == n).all() for _, n, _, values in out)
 
 
 def test_what_does_not_pickle_is_packed_and_unpacked(forked):
@@ -46,21 +53,26 @@ def test_an_error_here_leaves_no_child_behind(forked):
 
     with pytest.raises(ValueError, match="here"):
         side_by_side([bad, bad, bad])
-    if forked:
-        with pytest.raises(ChildProcessError):
-            os.waitpid(-1, os.WNOHANG)
 
 
-def test_a_child_has_no_child(monkeypatch):
-    monkeypatch.setenv(where.CHILD, "1")
-    assert not where._may_fork()
+def test_what_a_killed_child_had_taken_is_done_here(forked):
+    here = os.getpid()
+
+    def deadly():
+        if os.getpid() != here:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return "done"
+
+    assert side_by_side([lambda: time.sleep(0.1), deadly, deadly])[1:] == ["done", "done"]
 
 
-def test_what_goes_on_meanwhile_is_there_when_it_is_asked_for(forked):
-    with meanwhile(lambda: (os.getpid(), np.arange(3))) as result:
-        pid, values = result()
+@pytest.mark.parametrize("value", [None, 0, np.arange(3), np.arange(LARGE)])
+def test_what_goes_on_meanwhile_is_there_as_often_as_it_is_asked_for(forked, value):
+    with meanwhile(lambda: (os.getpid(), value)) as result:
+        pid, first = result()
+        assert result()[0] == pid or not forked
     assert (pid != os.getpid()) == forked
-    assert (values == np.arange(3)).all()
+    np.testing.assert_equal(first, value)
 
 
 def test_what_nobody_waits_for_any_longer_ends(forked):
@@ -76,3 +88,42 @@ def test_what_fails_meanwhile_fails_when_it_is_asked_for(forked):
 
     with pytest.raises(ValueError, match="late"), meanwhile(bad) as result:
         result()
+
+
+def test_a_child_has_no_child(monkeypatch):
+    monkeypatch.setenv(where.ALONE, "1")
+    assert not where._may_fork()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="no fork here")
+def test_there_are_no_more_processes_than_cores(monkeypatch):
+    monkeypatch.delenv(where.ALONE, raising=False)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda pid: {0, 1})
+    monkeypatch.setattr(os, "listdir", lambda path: ["one"])
+    monkeypatch.setattr(sys, "modules", {k: v for k, v in sys.modules.items() if k != "bpy"})
+    with meanwhile(lambda: time.sleep(60)):
+        assert not where._may_fork()
+    assert where._may_fork()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="no fork here")
+def test_a_child_ends_with_the_one_who_started_it():
+    script = f"""
+import os, sys, time
+sys.path.insert(0, {str(Path(where.__file__).parents[1])!r})
+from core import side_by_side as where
+where._may_fork = lambda: True
+with where.meanwhile(lambda: b"x" * {LARGE}):
+    print(*where._children, flush=True)
+    time.sleep(60)
+"""
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE) as parent:
+        child = int(parent.stdout.readline())
+        time.sleep(0.3)
+        parent.kill()
+    for _ in range(100):
+        stat = Path(f"/proc/{child}/stat")
+        if not stat.exists() or stat.read_text().rpartition(")")[2].split()[0] in "ZX":
+            return
+        time.sleep(0.1)
+    pytest.fail("the child goes on")
