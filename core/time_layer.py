@@ -94,7 +94,10 @@ def proposals(start: TimeFit) -> list[Effect]:
         )
         size = np.sqrt(np.nanmean(shared[law.fitted[0]] ** 2) * data.take.recording.values.shape[2])
         free = int(data.fit.sum()) * data.take.recording.values.shape[2]
-        out.append(base_motion.shaken(shared, float(size / px_per_metre(data)), free))
+        rms = float(size / px_per_metre(data))
+        out.append(base_motion.shaken(shared, rms, free))
+        if data.support.any() and len(law.takes) == 1:
+            out.append(base_motion.shaken(shared, rms, free, base_motion.support_path(data)))
     return [
         e
         for e in out

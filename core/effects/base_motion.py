@@ -1,15 +1,18 @@
 """The support or the camera moves: every marker moves along.
 
-Law         y_m += s(t), the same for all markers
+Law         y_m += s(t), the same for all markers; where it is the support that moves, the body
+            answers with q_k'' + 2 z w q_k' + w^2 q_k = -G_k s'' as well, G_k in a free shape
 Tells       what is left is common to all markers, those on the support included
 Looks like  mode 1 when the markers sit close together; a marker on the support settles it
 Source      Ewins, Modal Testing (2000), 3.3: the reference must be measured
 """
 
 import numpy as np
+from scipy.signal import lsim
 
 from .base import Effect, Parameter
 
+PITCH, DAMPING = 0.15, 2.0  # logarithms by which a shaken mode may be other than it was heard
 SETTLE = "stick a marker on the support, or film something that stands still beside it"
 
 
@@ -32,16 +35,58 @@ def common_motion(data, residual: np.ndarray) -> np.ndarray:
     return shared
 
 
-def shaken(shared: tuple[np.ndarray, ...], rms: float, free: int) -> Effect:
-    """The motion `shared`, per take (T, C), taken off; `rms` of it in m, `free` numbers in it."""
+def support_path(data) -> tuple[np.ndarray, np.ndarray]:
+    """Instants (n,) s and the motion (n,) of the support's markers, along where it is largest."""
+    known = np.isfinite(data.values[:, data.support]).all(axis=1)
+    axes = np.concatenate([np.arange((data.marker == m).sum()) for m in np.unique(data.marker)])
+    values = data.values[known] - np.nanmean(data.values[known], axis=0)
+    mean = np.array([values[:, data.support & (axes == a)].mean(axis=1) for a in np.unique(axes)])
+    way = np.linalg.svd(mean, full_matrices=False)[0][:, 0]
+    return data.time[known], way @ mean
+
+
+def answer(omega: float, zeta: float, time: np.ndarray, path: np.ndarray) -> np.ndarray:
+    """(n,) what a mode moves relative to a support that moves along `path` (n,) at `time`.
+
+    With p = q + s the law is p'' + 2 z w p' + w^2 p = 2 z w s' + w^2 s: s needs no second
+    derivative, which its noise would drown. The mode's own ringing may be anything.
+    """
+    even = np.linspace(time[0], time[-1], max(len(time), int(np.ptp(time) * omega * 2)))
+    s = np.interp(even, time, path)
+    system = ([2 * zeta * omega, omega**2], [1.0, 2 * zeta * omega, omega**2])
+    _, p, _ = lsim(system, s, even - even[0])
+    return np.interp(time, even, p - s)
+
+
+def shaken(shared: tuple[np.ndarray, ...], rms: float, free: int, path=None) -> Effect:
+    """The motion `shared`, per take (T, C), taken off; `rms` of it in m, `free` numbers in it.
+
+    path: what `support_path` gave, where the body answers to it; then theta = (log of the first
+    mode's pitch, log of its damping ratio, both over the declared fit's), which matter near it.
+    """
+
+    def columns(theta, setting, time, u):
+        at, s = path
+        known = {}
+        for own in {tuple(row) for row in theta}:
+            omega, zeta = setting.omega.copy(), setting.zeta.copy()
+            omega[0], zeta[0] = omega[0] * np.exp(own[0]), zeta[0] * np.exp(own[1])
+            moved = [answer(w, z, at, s) for w, z in zip(omega, zeta, strict=True)]
+            known[own] = np.stack([np.interp(time[0], at, one) for one in moved], axis=1)
+        return np.stack([known[tuple(row)] for row in theta])
+
     return Effect(
         name="base_motion",
         layer="camera",
         parameters=(Parameter("rms", "m", 0.0, 10.0),),
         twins=(),
         settle=SETTLE,
-        starts=lambda setting, residual: [()],
+        low=() if path is None else (-PITCH, -DAMPING),
+        high=() if path is None else (PITCH, DAMPING),
+        starts=lambda setting, residual: [() if path is None else (0.0, 0.0)],
         given=lambda take: shared[take],
+        columns=columns if path is not None else None,
+        channels=lambda setting, data: ~data.support,
         free=free,
         report=lambda theta, setting, shape: {"rms": rms},
     )

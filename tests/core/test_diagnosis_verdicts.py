@@ -232,3 +232,11 @@ def test_what_is_seen_but_immaterial_leaves_the_model_adequate(tmp_path):
     make("trap:density", 804, tmp_path)
     diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
     assert diagnosis["verdict"] == "adequate"
+
+
+@pytest.mark.slow
+def test_a_body_answers_to_the_support_that_a_marker_shows_to_move(tmp_path):
+    make("base_motion", 806, tmp_path)  # at the pitch of its first mode, nearly
+    report = calibrate_case(tmp_path / "case.toml").report
+    assert report["diagnosis"]["effects"][0]["name"] == "base_motion"
+    assert report["error"]["after"] < 0.4 * report["error"]["before"]

@@ -14,6 +14,7 @@ from core.channels import Channels
 from core.data import RingDown
 from core.effects import (
     air_drag,
+    base_motion,
     contact,
     dry_friction,
     split_modes,
@@ -302,6 +303,16 @@ def test_the_order_of_two_effects_does_not_change_the_fit():
     other = turned(one)
     assert [e.name for e in other.law.effects] == ["air_drag", "dry_friction"]
     assert other.chi2 == pytest.approx(one.chi2, rel=0.02)
+
+
+@pytest.mark.parametrize("ratio", [0.3, 1.0, 2.5])
+def test_a_shaken_mode_answers_as_a_seismometer_does(ratio):
+    omega, zeta = W, 0.08
+    time = np.linspace(0, 12, 3001)
+    seen = base_motion.answer(omega, zeta, time, np.sin(ratio * omega * time))
+    late = time > 8  # its own ringing has died
+    gain = ratio**2 / np.hypot(1 - ratio**2, 2 * zeta * ratio)  # Den Hartog, 2.8
+    assert np.abs(seen[late]).max() == pytest.approx(gain, rel=0.02)
 
 
 def test_what_a_change_of_the_body_leaves_is_counted_beyond_free_modes():
