@@ -110,6 +110,8 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     ranked = tuple(c for c in able if not c.outdone)
     seen = [c for c in ranked if c.evidence > EVIDENCE]
     strong = [c for c in seen if gained(declared, c.found) >= MATERIAL or shows(c, declared)]
+    if declared.chi2 < QUIET * declared.samples:  # so little is left that it must be all of it
+        strong = [c for c in strong if c.share >= ENOUGH]
     if (over < MATERIAL and not any(shows(c, declared) for c in strong)) or (
         not strong and declared.chi2 < NOISY * declared.samples and not strays(declared)
     ):

@@ -17,6 +17,7 @@ from .match import (
     Match,
     align,
     has_twin,
+    likeness,
     match_modes,
     pursue,
     select,
@@ -30,6 +31,7 @@ from .unheard import neighbours, weak_modes
 WEAK = 0.6  # likeness in shape less twice the difference in pitch that makes a weak mode known
 WEAKER = 0.4  # the same, where it takes most of what was left
 LESS = 0.5  # of that, rms, is then left at most
+OWN = 0.7  # MAC with its computed shape from which a mode beside the strongest is one
 SHOWN = 0.7  # of that, rms, is left at most when it shows
 AUDIBLE = 0.05  # of the motion, rms, that must be left for that
 STRAY = 0.15  # of its pitch that a mode may move when all are fitted together
@@ -166,9 +168,21 @@ def _with_neighbour(ground: "_Ground", settled: tuple) -> tuple:
         return settled
     for wider in _beside(ground, free, match):
         more = len(wider[2][condition].modes) > len(match.modes)
-        if more and excess(wider[0]) < SHOWN * excess(free):
+        if not more or excess(wider[0]) > SHOWN * excess(free):
+            continue
+        if moves_its_way(wider[0], ground.bodies[condition], wider[2][condition].modes[-1]):
             return wider
     return settled
+
+
+def moves_its_way(found: TimeFit, body: Body, mode: int) -> bool:
+    """Whether the last mode of a fit moves as computed `mode` does, and not as another one's mimic.
+
+    Two free modes of one shape tell almost anything that acts on one.
+    """
+    data = found.law.takes[found.law.fitted[0]]
+    on = ~data.support
+    return likeness(found.shapes[-1, on], body.seen(data)[:, on], body.modes.frequency, mode) > OWN
 
 
 def _beside(ground: "_Ground", free: TimeFit, match: Match):

@@ -6,7 +6,7 @@ import numpy as np
 
 from .diagnosis import Verdict
 from .effects.base import Effect
-from .joint import Heard, nearby
+from .joint import Heard, moves_its_way, nearby
 from .law import TimeFit, replace
 from .residual import NOISY, errors, excess
 from .timefit import as_it_stands, fit
@@ -18,11 +18,12 @@ STIRRED = 0.3  # of the first mode's start, from which its own is sought
 def second_hearing(
     heard: Heard, verdict: Verdict, diagnose: Callable[..., Verdict]
 ) -> tuple[Heard, Verdict]:
-    """The takes and the verdict, both anew where one more low mode takes most of what is left.
+    """The takes and the verdict, both anew where that is better with one more low mode.
 
-    Two modes of a body that lie close together sound as one while something bends their pitches;
-    what bends them is known now, and what one of them is like follows from the other.
-    `diagnose(heard, start)`: the latter a fit from where effects are sought.
+    Two modes of a body that lie close together sound as one while something bends their pitches.
+    What bends them may be known by now, and what one of them is like follows from the other; or
+    it could not be found without the other. `diagnose(heard, start)`: the latter a fit from where
+    effects are sought, the declared one by default.
     """
     best = verdict.final if verdict.effects else None
     if best is None and verdict.ranked:
@@ -31,19 +32,23 @@ def second_hearing(
         return heard, verdict
     for near in nearby(heard):
         wider = _with_effects(near, best, heard)
-        if excess(wider) > SHOWN * excess(best):
-            continue
         own = near.declared.law
-        start = as_it_stands(own, wider.parameters[: sum(own.sizes())])
-        again = diagnose(near, start)
+        if excess(wider) < SHOWN * excess(best) and moves_its_way(
+            wider, near.body, near.match.modes[-1]
+        ):
+            again = diagnose(near, as_it_stands(own, wider.parameters[: sum(own.sizes())]))
+        elif excess(near.declared) < SHOWN * excess(heard.declared):
+            again = diagnose(near)
+        else:
+            continue
         if _is_better(again, verdict):
             return near, again
     return heard, verdict
 
 
 def _is_better(again: Verdict, before: Verdict) -> bool:
-    """Whether less is left, held out too, and no less is explained."""
-    if before.verdict == "explained" != again.verdict:
+    """Whether less is left, held out too, and no less is explained or named."""
+    if before.verdict == "explained" != again.verdict or (before.effects and not again.effects):
         return False
     less = excess(again.final) < SHOWN * excess(before.final)
     return less and not errors(again.final)[0] > errors(before.final)[0]

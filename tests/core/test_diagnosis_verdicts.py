@@ -240,3 +240,10 @@ def test_a_body_answers_to_the_support_that_a_marker_shows_to_move(tmp_path):
     report = calibrate_case(tmp_path / "case.toml").report
     assert report["diagnosis"]["effects"][0]["name"] == "base_motion"
     assert report["error"]["after"] < 0.4 * report["error"]["before"]
+
+
+@pytest.mark.slow
+def test_two_close_modes_that_mimic_what_bends_one_do_not_hide_it(tmp_path):
+    make("large_amplitude", 808, tmp_path)
+    report = calibrate_case(tmp_path / "case.toml").report
+    assert [e["name"] for e in report["diagnosis"]["effects"]] == ["large_amplitude"]
