@@ -110,11 +110,12 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     ranked = tuple(c for c in able if not c.outdone)
     seen = [c for c in ranked if c.evidence > EVIDENCE]
     strong = [c for c in seen if gained(declared, c.found) >= MATERIAL or shows(c, declared)]
-    if declared.chi2 < QUIET * declared.samples:  # so little is left that it must be all of it
+    # where so little is left, here and ahead, it must be all of it
+    if declared.chi2 < QUIET * declared.samples and not fails(declared):
         strong = [c for c in strong if c.share >= ENOUGH]
-    if (over < MATERIAL and not any(shows(c, declared) for c in strong)) or (
-        not strong and declared.chi2 < NOISY * declared.samples and not strays(declared)
-    ):
+    shown = any(shows(c, declared) for c in strong)
+    little = (not strong and declared.chi2 < NOISY * declared.samples) or over < MATERIAL
+    if little and not shown and not strays(declared):
         minor = tuple((c.names[0], gained(declared, c.found)) for c in seen)
         return Verdict("adequate", chain, (), (), ranked, minor)
     if over < WEAK and not fails(declared) and more_modes(declared, strong):

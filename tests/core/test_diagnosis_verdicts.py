@@ -247,3 +247,11 @@ def test_two_close_modes_that_mimic_what_bends_one_do_not_hide_it(tmp_path):
     make("large_amplitude", 808, tmp_path)
     report = calibrate_case(tmp_path / "case.toml").report
     assert [e["name"] for e in report["diagnosis"]["effects"]] == ["large_amplitude"]
+
+
+@pytest.mark.slow
+def test_what_is_far_off_where_it_was_held_out_is_not_adequate(tmp_path):
+    make("lost_frames", 931, tmp_path)  # doubled where nothing was fitted, eight times the noise
+    report = calibrate_case(tmp_path / "case.toml").report
+    assert report["error"]["before"] > 4 * report["error"]["floor"]
+    assert report["diagnosis"]["verdict"] != "adequate"
