@@ -12,17 +12,37 @@ import pytest
 
 from core import side_by_side as where
 from core.side_by_side import meanwhile, side_by_side
+from core.time_layer import singles
+from tests.core.test_timefit import Rub, channels, declared, moved
 
 LARGE = 200_000  # more than a pipe holds
 
 
-@pytest.fixture(params=[True, False], ids=["forked", "in turn"])
-def forked(request, monkeypatch):
-    if request.param and sys.platform != "linux":
-        pytest.skip("no fork here")
-    monkeypatch.setattr(where, "_may_fork", lambda: request.param)
-    yield request.param
+FORKED = os.environ.get("RINGDOWN_FORKED") == "1"  # set in a process that may be forked, below
+alone = pytest.mark.skipif(not FORKED, reason="is run in a process of its own")
+
+
+@pytest.fixture
+def forked(monkeypatch):
+    monkeypatch.setattr(where, "_may_fork", lambda: FORKED)
+    yield FORKED
     assert not where._children
+
+
+@pytest.mark.skipif(FORKED or sys.platform != "linux", reason="no fork here, or it is this one")
+def test_all_of_this_holds_with_a_child_too():
+    settings = dict.fromkeys(("RINGDOWN_FORKED", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", __file__],
+        cwd=Path(where.__file__).parents[1],
+        env=os.environ | settings,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
+    assert " passed" in done.stdout
 
 
 def test_results_come_in_the_order_of_the_jobs(forked):
@@ -95,7 +115,7 @@ def test_a_child_has_no_child(monkeypatch):
     assert not where._may_fork()
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="no fork here")
+@alone
 def test_there_are_no_more_processes_than_cores(monkeypatch):
     monkeypatch.delenv(where.ALONE, raising=False)
     monkeypatch.setattr(os, "sched_getaffinity", lambda pid: {0, 1})
@@ -127,3 +147,15 @@ with where.meanwhile(lambda: b"x" * {LARGE}):
             return
         time.sleep(0.1)
     pytest.fail("the child goes on")
+
+
+def test_two_processes_find_what_one_finds(monkeypatch):
+    found = declared(channels(moved(Rub(0.05, 0.02))))
+    results = []
+    for fork in (FORKED, False):
+        monkeypatch.setattr(where, "_may_fork", lambda fork=fork: fork)
+        results.append(singles(found))
+    for one, other in zip(*results, strict=True):
+        assert (one.names, one.outdone) == (other.names, other.outdone)
+        assert one.found.parameters == pytest.approx(other.found.parameters, rel=1e-9, abs=1e-12)
+        assert one.evidence == pytest.approx(other.evidence, rel=1e-9)

@@ -1,14 +1,12 @@
 """The fit of the time layer on motions of one mode, integrated here by another rule."""
 
 import math
-import sys
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from core import side_by_side
 from core.baseline import behind, build_law
 from core.channels import Channels
 from core.data import RingDown
@@ -27,7 +25,7 @@ from core.foils import weakens
 from core.linear_part import solve
 from core.modal_layer import Measured, compare, rematched
 from core.simulate import COARSE, swing
-from core.time_layer import judge, race, singles
+from core.time_layer import judge, race
 from core.timefit import best_fit, extend, fit, screen, sharp, turned
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
 
@@ -280,20 +278,6 @@ def test_a_tied_mode_stays_where_the_first_one_puts_it_and_is_free_within_that()
     held = fit(replace(law, tied=((1, math.log(1.1)),)), p, evaluations=40)
     assert held.frequency[1] / held.frequency[0] < 1.1 * math.exp(0.031)
     assert held.chi2 > 5 * fit(law, p, evaluations=40).chi2
-
-
-def test_two_processes_find_what_one_finds(monkeypatch):
-    if sys.platform != "linux":
-        pytest.skip("no fork here")
-    found = declared(channels(moved(Rub(0.05, 0.02))))
-    results = []
-    for forked in (True, False):
-        monkeypatch.setattr(side_by_side, "_may_fork", lambda forked=forked: forked)
-        results.append(singles(found))
-    for one, other in zip(*results, strict=True):
-        assert (one.names, one.outdone) == (other.names, other.outdone)
-        assert one.found.parameters == pytest.approx(other.found.parameters, rel=1e-9, abs=1e-12)
-        assert one.evidence == pytest.approx(other.evidence, rel=1e-9)
 
 
 def test_the_order_of_two_effects_does_not_change_the_fit():
