@@ -30,7 +30,11 @@ def side_by_side(jobs: list[Callable[[], object]], *, pack=None, unpack=None) ->
     tickets, issue = os.pipe()
     os.write(issue, bytes(range(len(jobs))))
     os.close(issue)
-    child, reader = _fork(lambda: _share(jobs, pack, tickets))
+    try:
+        child, reader = _fork(lambda: _share(jobs, pack, tickets))
+    except OSError:  # no process to be had
+        os.close(tickets)
+        return [job() for job in jobs]
     try:
         done = {n: jobs[n]() for n in _taken(tickets)}
     except BaseException:
@@ -51,7 +55,11 @@ def meanwhile(job: Callable[[], object]):
     if not _may_fork():
         yield job
         return
-    child, reader = _fork(job)
+    try:
+        child, reader = _fork(job)
+    except OSError:
+        yield job
+        return
     answer = []
 
     def result():
@@ -71,7 +79,11 @@ def _may_fork() -> bool:
     if sys.platform != "linux" or "bpy" in sys.modules or os.environ.get(ALONE):
         return False
     busy = 1 + sum(map(_is_at_work, _children))
-    return len(os.sched_getaffinity(0)) > busy and len(os.listdir("/proc/self/task")) == 1
+    try:
+        threads = len(os.listdir("/proc/self/task"))
+    except OSError:  # nobody tells
+        return False
+    return len(os.sched_getaffinity(0)) > busy and threads == 1
 
 
 def _is_at_work(child: int) -> bool:
@@ -79,9 +91,15 @@ def _is_at_work(child: int) -> bool:
 
 
 def _fork(work: Callable[[], object]) -> tuple[int, int]:
-    """A child that sends what `work` returns, and where that is read."""
+    """A child that sends what `work` returns, and where that is read. Raises OSError."""
     reader, writer = os.pipe()
-    parent, child = os.getpid(), os.fork()
+    parent = os.getpid()
+    try:
+        child = os.fork()
+    except OSError:
+        os.close(reader)
+        os.close(writer)
+        raise
     if child:
         os.close(writer)
         _children.add(child)

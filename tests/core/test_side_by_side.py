@@ -115,6 +115,17 @@ def test_a_child_has_no_child(monkeypatch):
     assert not where._may_fork()
 
 
+def test_where_no_process_is_to_be_had_one_does_it_all(monkeypatch):
+    def none():
+        raise BlockingIOError("too many")
+
+    monkeypatch.setattr(where, "_may_fork", lambda: True)
+    monkeypatch.setattr(os, "fork", none, raising=False)
+    assert side_by_side([lambda: 1, lambda: 2]) == [1, 2]
+    with meanwhile(lambda: 3) as result:
+        assert result() == 3
+
+
 @alone
 def test_there_are_no_more_processes_than_cores(monkeypatch):
     monkeypatch.delenv(where.ALONE, raising=False)
