@@ -6,26 +6,16 @@ import numpy as np
 from scipy.stats import chi2 as chi2_law
 
 from .baseline import px_per_metre
+from .body_error import leaves, mends, row
 from .camera_layer import camera_effects, true_frequency
+from .compare import PIECES, PITCH_FLOOR, SHAPE_FLOOR, Measured, compare, rematched
 from .diagnosis import MATERIAL, Verdict
 from .elasticity import gravity_force, static
 from .joint import Heard
 from .law import TimeFit
-from .match import mac
-from .modal_layer import (
-    PIECES,
-    PITCH_FLOOR,
-    SHAPE_FLOOR,
-    Ground,
-    Hypothesis,
-    Measured,
-    Suspect,
-    compare,
-    rematched,
-    suspects,
-)
+from .modal_layer import Ground, Suspect, suspects
 from .report import estimate
-from .residual import errors, nrmse
+from .residual import errors
 from .tell import inflation, parameters
 
 DOUBT = 1e-3  # chance below which pitches and shapes do not fit the declared body
@@ -34,16 +24,12 @@ ENOUGH = 0.6  # share of the misfit that an effect of the body must take
 NEARLY = 0.8  # of the best one's gain makes a twin
 CLEAR = 6.0  # misfit per piece above which no known effect is a finding in itself
 OUTWEIGHS = 4.5  # body's misfit over that in time, above which the latter decides nothing
-BENT = 0.95  # MAC below which a computed shape is not the measured one
 SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
-SHOWN = 1.5  # times the error of free modes, from which the body's pitches and shapes show
-MENDED = 0.8  # of the declared body's error, held out or fitted, that is left at most
 LEFT = 0.5  # of what that error has beyond free modes', rms: more, and something else is there
 SETTLED = 0.05  # of the sag: error of geometry, density and a creep that nothing shows
 CREPT = 0.15  # the same where a creep may be at work
 TILTED = 1.4  # of the sag over the length: how far a cantilever's end turns
-PULLED = 3.0  # standard deviations beyond which a prediction keeps to the model
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,11 +116,11 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         and base.chi2 - s.hypothesis.chi2 > ENOUGH * over
         and not _may_be_nothing(s)
     ]
-    before = _row(None, heard, verdict, ground, base)
-    row = _row(good[0].effect.name, heard, verdict, ground, good[0].hypothesis) if good else None
+    before = row(None, verdict, ground, base)
+    with_it = row(good[0].effect.name, verdict, ground, good[0].hypothesis) if good else None
     misfit = (float((base.pitch_pull**2).sum()), float(base.shape_chi2.sum()))
     free = errors(verdict.chain[0][1])
-    if not good or not _mends(row, before, free):
+    if not good or not mends(with_it, before, free):
         if base.chi2 < CLEAR * pieces:
             line = "Pitches or shapes differ a little from the body's; no known effect mends them."
             return replace(plain, warnings=[*plain.warnings, line])
@@ -142,14 +128,14 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     best = good[0]
     outweighed = before[2] > OUTWEIGHS * free[1]
     clear = verdict.verdict != "unexplained" or outweighed
-    found = "explained" if clear and _leaves(row, before, free) <= LEFT else "unexplained"
+    found = "explained" if clear and leaves(with_it, before, free) <= LEFT else "unexplained"
     return replace(
         plain,
         verdict=found,
         effects=[_told(best, ranked)],
-        ranking=_ranking(ranked, heard, verdict, ground),
+        ranking=_ranking(ranked, verdict, ground),
         before=before,
-        rows=(row,),
+        rows=(with_it,),
         misfit=misfit,
         instead=("split_modes",),  # a changed body parts its own pairs
         mesh_pitch=_mesh_pitch(best, heard, stiff),
@@ -243,61 +229,6 @@ def _sag_lines(ground: Ground) -> list[str]:
     ]
 
 
-def _row(name, heard: Heard, verdict: Verdict, ground: Ground, found: Hypothesis) -> tuple:
-    """(name, held-out, fit): the time layer's declared fit with the body's pitches and shapes."""
-    declared = verdict.chain[0][1]
-    law, data = declared.law, ground.data
-    pulls = np.abs(found.pitch_pull[: len(found.frequency)])
-    f = np.where(pulls > PULLED, found.frequency, declared.frequency)
-    bent = np.array([mac(a, b) < BENT for a, b in zip(found.shapes, declared.shapes, strict=True)])
-    shapes = np.where(bent[:, None], found.shapes, declared.shapes)
-    index = law.fitted[0]
-    free = _bound(declared, declared.frequency, declared.shapes, data)
-    change = _bound(declared, f, shapes, data) - free
-    predicted = list(declared.predicted)
-    predicted[index] = predicted[index] + change
-    return name, nrmse(law.takes, predicted, True), nrmse(law.takes, predicted, False)
-
-
-def _bound(declared: TimeFit, frequency, shapes, data) -> np.ndarray:
-    """(T, C) best linear ring-down with these pitches and shapes, fitted where it may be."""
-    z = declared.damping_ratio
-    w = 2 * np.pi * frequency
-    phase = np.outer(data.time, w * np.sqrt(1 - z**2))
-    fall = np.exp(-np.outer(data.time, z * w))
-    waves = np.hstack([fall * np.cos(phase), fall * np.sin(phase)])  # (T, 2K)
-    use = data.fit & np.isfinite(data.values).all(axis=1)
-    mean = waves[use].mean(axis=0)
-    both = np.vstack([shapes, shapes]) / data.sigma  # (2K, C)
-    y = (data.values[use] - data.values[use].mean(axis=0)) / data.sigma
-    centred = waves[use] - mean
-    gram = (centred.T @ centred) * (both @ both.T)
-    right = np.einsum("tk,tc,kc->k", centred, y, both)
-    a = np.linalg.lstsq(gram, right, rcond=None)[0]
-    return ((waves - mean) * a) @ (both * data.sigma) + data.values[use].mean(axis=0)
-
-
-def _mends(row: tuple, before: tuple, free: tuple[float, float]) -> bool:
-    """Whether what the declared body misses more than free modes do is less with the effect.
-
-    Each (name, held-out, fit) but `free` (held-out, fit). What does not show there is no test.
-    """
-    shown = [(row[k], before[k]) for k in (1, 2) if before[k] > SHOWN * free[k - 1]]
-    return not shown or any(after < MENDED * was for after, was in shown)
-
-
-def _leaves(row: tuple, before: tuple, free: tuple[float, float]) -> float:
-    """Share that is left of the error, rms, that the declared body shows beyond free modes: held
-    out or fitted, the larger one.
-    """
-    over = [
-        max(row[k] ** 2 - free[k - 1] ** 2, 0) / (before[k] ** 2 - free[k - 1] ** 2)
-        for k in (1, 2)
-        if before[k] > SHOWN * free[k - 1]
-    ]
-    return float(np.sqrt(max(over, default=0.0)))
-
-
 def _may_be_nothing(suspect: Suspect) -> bool:
     """Whether its interval holds the value that changes nothing: not even its sign is known."""
     if suspect.effect.nothing is None:
@@ -336,12 +267,12 @@ def _chances(ranked: list[Suspect]) -> list[float]:
     return [float(w) for w in weight / weight.sum()]
 
 
-def _ranking(ranked, heard, verdict, ground) -> list[dict]:
+def _ranking(ranked, verdict, ground) -> list[dict]:
     chances = _chances(ranked)
     return [
         {
             "name": s.effect.name,
-            "held_out": _row(s.effect.name, heard, verdict, ground, s.hypothesis)[1],
+            "held_out": row(s.effect.name, verdict, ground, s.hypothesis)[1],
             "probability": p,
         }
         for s, p in zip(ranked, chances, strict=True)

@@ -4,39 +4,32 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .baseline import build_law, real_shapes, with_body
 from .body import Body, build_body
 from .channels import Channels
-from .data import Case, ElasticModel, RingDown, poles, replace
+from .data import Case, ElasticModel, RingDown, replace
 from .effects.partner import partner
 from .further import with_further
-from .law import Law, TimeFit
+from .law import TimeFit
 from .lens import straightened
 from .listen import listen
 from .match import (
     Match,
-    align,
     has_twin,
-    likeness,
     match_modes,
     pursue,
     select,
     turning,
 )
-from .residual import NOISY, excess
-from .shutter import at_once
-from .timefit import as_it_stands, best_fit, extend, fit
-from .unheard import neighbours, weak_modes
+from .residual import excess
+from .settle import Recorded, amplitudes, astray, beside, moves_its_way, settle, untied
+from .timefit import best_fit, extend, fit
+from .unheard import weak_modes
 
 WEAK = 0.6  # likeness in shape less twice the difference in pitch that makes a weak mode known
 WEAKER = 0.4  # the same, where it takes most of what was left
 LESS = 0.5  # of that, rms, is then left at most
-OWN = 0.7  # MAC with its computed shape from which a mode beside the strongest is one
 SHOWN = 0.7  # of that, rms, is left at most when it shows
 AUDIBLE = 0.05  # of the motion, rms, that must be left for that
-STRAY = 0.15  # of its pitch that a mode may move when all are fitted together
-CLOSE = 0.06  # the same, however near the next mode is
-MUCH = 0.3  # damping ratio beyond which it has run off, unless it was heard so
 FAINT = 0.02  # of the strongest mode's swing: below, a partner is not looked for
 PAIR_SHARE = 0.2  # of what is left that it must take: less may be what acts in time
 PAIR_EVIDENCE = 20.0  # gain in BIC that the other direction of a degenerate pair must bring
@@ -86,20 +79,20 @@ def hear(case: Case, bare: ElasticModel, find_release) -> Heard:
             matches[condition[i]] = _match(data, rings[i], bodies[condition[i]])
     matches = _common(matches)
     chosen = [_same_poles(ground, rings, i, matches) for i in fitted]
-    settled = _settled(ground, chosen, matches)
+    settled = settle(ground, chosen, matches)
     straight = tuple(_straightened(ground, settled[1], i) for i in range(len(takes)))
     if any(new is not old for new, old in zip(straight, takes, strict=True)):
         ground = replace(ground, takes=straight)
         chosen = [_same_poles(ground, rings, i, settled[2]) for i in fitted]
-        settled = _settled(ground, chosen, settled[2])
+        settled = settle(ground, chosen, settled[2])
     return _heard(ground, rings, _whole(ground, settled, rings))
 
 
-def _heard(ground: "_Ground", rings: tuple, whole: tuple) -> Heard:
+def _heard(ground: Recorded, rings: tuple, whole: tuple) -> Heard:
     """All that was heard, with the declared fit."""
     free, turns, first = whole
     if free.law.tied:
-        free = _untied(free)
+        free = untied(free)
     declared, damping = free, damping_law(ground.bodies[0].case.declared)
     if damping != "free":
         declared = fit(replace(free.law, damping=damping), free.parameters, evaluations=40)
@@ -112,13 +105,13 @@ def nearby(heard: Heard):
     condition = heard.condition[fitted[0]]
     if len(set(heard.condition)) > 1 or None in heard.match.modes:
         return
-    ground = _Ground(heard.takes, heard.condition, heard.bodies, fitted)
-    for wider in _beside(ground, heard.free, heard.match):
+    ground = Recorded(heard.takes, heard.condition, heard.bodies, fitted)
+    for wider in beside(ground, heard.free, heard.match):
         if wider[2][condition].modes[:-1] == heard.match.modes:
             yield _heard(ground, heard.rings, _with_all(wider, heard.body, condition, heard.rings))
 
 
-def _listened(case: Case, bare: ElasticModel, find_release) -> tuple["_Ground", tuple]:
+def _listened(case: Case, bare: ElasticModel, find_release) -> tuple[Recorded, tuple]:
     """The takes and the bodies that they need, and every take's ring-down."""
     pairs = [listen(take, find_release) for take in case.takes]
     rings = tuple(ring for _, ring in pairs)
@@ -128,10 +121,10 @@ def _listened(case: Case, bare: ElasticModel, find_release) -> tuple["_Ground", 
     condition = tuple(order.index(key) for key in keys)
     bodies = tuple(build_body(case, bare, case.takes[keys.index(key)].loads) for key in order)
     fitted = [i for i, d in enumerate(takes) if not d.take.held_out]
-    return _Ground(takes, condition, bodies, fitted), rings
+    return Recorded(takes, condition, bodies, fitted), rings
 
 
-def _whole(ground: "_Ground", settled: tuple, rings: tuple):
+def _whole(ground: Recorded, settled: tuple, rings: tuple):
     """The settled fit with weak modes, partners and further modes; the turns, the first match.
 
     A weak mode that leaves its place once the others are there was none.
@@ -148,60 +141,31 @@ def _whole(ground: "_Ground", settled: tuple, rings: tuple):
         if weak is None:
             break
         if weak[1].modes != tried:
-            chosen = [_amplitudes(ground.takes[i], weak[0]) for i in ground.fitted]
-            tried, wider = weak[1].modes, _settled(ground, chosen, {condition: weak[1]})
+            chosen = [amplitudes(ground.takes[i], weak[0]) for i in ground.fitted]
+            tried, wider = weak[1].modes, settle(ground, chosen, {condition: weak[1]})
         if alike < WEAK and excess(wider[0]) > LESS * excess(free):
             continue
         wider = _with_neighbour(ground, wider)
         found = _with_all(wider, body, condition, rings)
-        if not _strayed(found[0], wider[0].frequency, wider[0].damping_ratio).any():
+        if not astray(found[0], wider[0].frequency, wider[0].damping_ratio).any():
             return found
     return _with_all(_with_neighbour(ground, settled), body, condition, rings)
 
 
-def _with_neighbour(ground: "_Ground", settled: tuple) -> tuple:
+def _with_neighbour(ground: Recorded, settled: tuple) -> tuple:
     """The settled fit with a low mode that was not heard beside a strong one, where it shows."""
     free, _, matches = settled
     condition = ground.condition[ground.fitted[0]]
     match = matches[condition]
     if excess(free) < AUDIBLE:
         return settled
-    for wider in _beside(ground, free, match):
+    for wider in beside(ground, free, match):
         more = len(wider[2][condition].modes) > len(match.modes)
         if not more or excess(wider[0]) > SHOWN * excess(free):
             continue
         if moves_its_way(wider[0], ground.bodies[condition], wider[2][condition].modes[-1]):
             return wider
     return settled
-
-
-def moves_its_way(found: TimeFit, body: Body, mode: int) -> bool:
-    """Whether the last mode of a fit moves as computed `mode` does, and not as another one's mimic.
-
-    Two free modes of one shape tell almost anything that acts on one.
-    """
-    data = found.law.takes[found.law.fitted[0]]
-    on = ~data.support
-    return likeness(found.shapes[-1, on], body.seen(data)[:, on], body.modes.frequency, mode) > OWN
-
-
-def _beside(ground: "_Ground", free: TimeFit, match: Match):
-    """What is settled with one of the strongest mode's neighbours, for each of them."""
-    condition = ground.condition[ground.fitted[0]]
-    for ring, both, ratio in neighbours(free, match, ground.bodies[condition].modes.frequency):
-        chosen = [_amplitudes(ground.takes[i], ring) for i in ground.fitted]
-        yield _settled(ground, chosen, {condition: both}, ((len(match.modes), ratio),))
-
-
-def _untied(found: TimeFit) -> TimeFit:
-    """The fit without ties: at its best where that leaves noise, else as it stands.
-
-    Two free modes mimic what acts in time by drawing together; what is sought from there goes
-    astray.
-    """
-    law = replace(found.law, tied=())
-    best = fit(law, found.parameters, evaluations=40)
-    return best if best.chi2 < NOISY * best.samples else as_it_stands(law, found.parameters)
 
 
 def _with_all(settled: tuple, body: Body, condition: int, rings: tuple):
@@ -213,29 +177,10 @@ def _with_all(settled: tuple, body: Body, condition: int, rings: tuple):
     return with_further(free, first, body, rings), turns, first
 
 
-def _strayed(found: TimeFit, heard: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """(K,) bool: modes that have left the pitch (Hz) or damping ratio that they were heard at."""
-    away = np.abs(np.log(found.frequency / heard))
-    strayed = (away > STRAY) | (away > np.maximum(_to_nearest(found.frequency), CLOSE))
-    strayed |= found.damping_ratio > np.maximum(MUCH, 2 * z)
-    strayed[0] = False
-    return strayed
-
-
-def _straightened(ground: "_Ground", turns, index: int) -> Channels:
+def _straightened(ground: Recorded, turns, index: int) -> Channels:
     turn = turns[ground.condition[index]]
     data, body = ground.takes[index], ground.bodies[ground.condition[index]]
     return data if turn is None else straightened(data, body, turn)
-
-
-def _apart(takes, condition) -> tuple[int, ...]:
-    """A condition of its own for every fitted take; a held-out one keeps that of its loads."""
-    fitted = [i for i, t in enumerate(takes) if not t.take.held_out]
-    first = {condition[i]: n for n, i in reversed(list(enumerate(fitted)))}
-    return tuple(
-        fitted.index(i) if i in fitted else first.get(condition[i], len(fitted))
-        for i in range(len(takes))
-    )
 
 
 def _gaps(modes, frequency: np.ndarray) -> dict[int, float]:
@@ -299,88 +244,11 @@ def _common(matches: dict[int, Match]) -> dict[int, Match]:
     }
 
 
-def _same_poles(ground: "_Ground", rings, index: int, matches) -> RingDown:
+def _same_poles(ground: Recorded, rings, index: int, matches) -> RingDown:
     """The chosen poles of a take's condition, with the amplitudes of this take."""
     c, data = ground.condition[index], ground.takes[index]
     source = next(i for i in ground.fitted if ground.condition[i] == c)
     ring = select(rings[source], matches[c].poles)
     if source == index:
         return ring
-    return _amplitudes(data, ring)
-
-
-def _amplitudes(data: Channels, ring: RingDown) -> RingDown:
-    """The ring-down with the amplitudes that its poles have in a take."""
-    use = data.fit & np.isfinite(data.values).all(axis=1)
-    pole = poles(ring.frequency, ring.damping_ratio)
-    phase = np.exp(np.outer(data.time[use], pole))
-    basis = np.hstack([phase.real, -phase.imag, np.ones((use.sum(), 1))])
-    x, *_ = np.linalg.lstsq(basis, data.values[use], rcond=None)
-    K = len(ring.frequency)
-    amplitude = at_once(x[:K] + 1j * x[K : 2 * K], pole, data.late)
-    return replace(ring, amplitude=amplitude, offset=x[-1], t0=0.0)
-
-
-@dataclass(frozen=True, eq=False)
-class _Ground:
-    """What every trial of modes is fitted on."""
-
-    takes: tuple[Channels, ...]
-    condition: tuple[int, ...]
-    bodies: tuple[Body, ...]
-    fitted: list[int]
-
-
-def _settled(ground: _Ground, chosen: list[RingDown], matches: dict[int, Match], tied=()):
-    """The fit, the turns and the matches, without modes that leave the pitch they were heard at.
-
-    `tied`: as `Law.tied`.
-
-    A pole that runs off when all are fitted together was no mode of the body: it takes up some
-    slow or strongly damped motion that a physical effect must explain.
-    """
-    while True:
-        first = matches[ground.condition[ground.fitted[0]]]
-        computed = ground.bodies[ground.condition[ground.fitted[0]]].modes.frequency
-        turns_too = turning(first.modes, computed)
-        apart = ground.condition
-        if turns_too and len(ground.fitted) > 1:  # each release has a direction of its own
-            apart = _apart(ground.takes, ground.condition)
-        law, start = build_law(chosen, ground.takes, apart, ground.condition)
-        law, turns = _informed(law, ground, matches, chosen)
-        law = replace(law, turning=turns_too, damping="free", tied=tied)
-        found = fit(law, start, evaluations=60)
-        strayed = _strayed(found, chosen[0].frequency, chosen[0].damping_ratio)
-        if not strayed.any():
-            return found, turns, matches
-        kept, tied = np.flatnonzero(~strayed), ()
-        chosen = [select(ring, tuple(kept)) for ring in chosen]
-        matches = {
-            c: Match(tuple(m.poles[k] for k in kept), tuple(m.modes[k] for k in kept))
-            for c, m in matches.items()
-        }
-
-
-def _to_nearest(frequency: np.ndarray) -> np.ndarray:
-    """(K,) how far each mode's pitch lies from the nearest other one, in logarithms."""
-    gap = np.abs(np.log(frequency[:, None] / frequency))
-    np.fill_diagonal(gap, np.inf)
-    return gap.min(axis=1)
-
-
-def _informed(law: Law, ground: _Ground, matches, chosen):
-    """The law told of the first condition's body; the turns of every fitted condition."""
-    bodies, condition = ground.bodies, ground.condition
-    turns = [None] * len(bodies)
-    told = False
-    for ring, i in zip(chosen, ground.fitted, strict=True):
-        c = condition[i]
-        if turns[c] is not None or None in matches[c].modes:
-            continue
-        seen = bodies[c].seen(law.takes[i])
-        measured, _ = real_shapes(ring.amplitude)
-        turns[c] = align(matches[c].modes, seen, bodies[c].modes.frequency, measured)
-        if not told:
-            law = with_body(law, bodies[c].modes.shapes @ turns[c], bodies[c], turns[c].T @ seen)
-            told = True
-    return law, tuple(turns)
+    return amplitudes(data, ring)

@@ -1,9 +1,4 @@
-"""Which change of the body explains the measured pitches and shapes together.
-
-Young's modulus scales all pitches alike, so it is fitted along with every hypothesis. A pitch
-counts with its own error and the model's (from mesh convergence), a shape with its noise and the
-share by which computed shapes and marker places are trusted.
-"""
+"""Which change of the body explains the measured pitches and shapes together."""
 
 from dataclasses import dataclass, replace
 from functools import partial
@@ -14,47 +9,16 @@ from scipy.optimize import minimize, minimize_scalar
 
 from .body import Body
 from .channels import Channels
+from .compare import PIECES, Hypothesis, Measured, compare
 from .effects import MODAL_EFFECTS
 from .effects.base import Effect, Family
 from .factorization import factorize
-from .match import PAIR
 from .side_by_side import side_by_side
 
-PITCH_FLOOR = 0.004  # relative error of a computed pitch that convergence does not see
-SHAPE_FLOOR = 0.02  # of a shape's largest entry
-PIECES = 6.0  # independent pieces of evidence in one shape, however many channels show it
-LIKE = 0.4  # MAC from which a computed mode may be a measured one
 CHOICES = 10  # places or axes whose numbers are refined
 LIMIT = 3.84  # rise of chi2 within which a parameter is not told from the best one, 95 %
 HALVINGS = 5  # of the step that looks for it
 ITERATIONS = 3  # of a body's modes towards those of a changed one
-
-
-@dataclass(frozen=True, eq=False)
-class Measured:
-    """Pitches and shapes as they were found, and what is known of the sag."""
-
-    frequency: np.ndarray  # (K,) Hz
-    error: np.ndarray  # (K,) relative, measurement and model together
-    shapes: np.ndarray  # (K, C)
-    shape_error: np.ndarray  # (K, C)
-    sag: np.ndarray | None = None  # (C,) offset by which the weight moved the channels
-    softer: float = 1.0  # static over dynamic stiffness, where a relaxation was found
-    sag_error: float = 0.05  # relative: geometry, density and creep
-
-
-@dataclass(frozen=True, eq=False)
-class Hypothesis:
-    """One body against the measurements, at its best Young's modulus."""
-
-    chi2: float
-    modulus: float  # Pa
-    modes: tuple[int, ...]  # computed partner of every measured mode
-    frequency: np.ndarray  # (K,) Hz
-    shapes: np.ndarray  # (K, C) scaled to the measured ones
-    pitch_pull: np.ndarray  # (K,) standard deviations
-    shape_chi2: np.ndarray  # (K,)
-    sag: np.ndarray | None = None  # (C,)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,113 +32,6 @@ class Suspect:
     evidence: float
     cost: float
     near: list  # (cost, report) within the 95 % region
-
-
-def compare(measured: Measured, values, shapes, unit=None) -> Hypothesis | None:
-    """The measurements against eigenvalues (m,) at 1 Pa and shapes (m, C) as seen.
-
-    unit (C,): the sag at 1 Pa as seen, or None. None where no low mode moves as the first
-    measured one does.
-    """
-    own = np.sqrt(np.maximum(values, 1e-300)) / (2 * np.pi)
-    best = None
-    alike = _alike(measured.shapes, shapes, own)
-    for first in range(min(len(own), 3)):
-        partners = _partners(measured, own, alike, first)
-        if partners is not None:
-            most = np.inf if best is None else best.chi2
-            best = _at_best_modulus(measured, own, shapes, partners, unit, most=most) or best
-    return best
-
-
-def rematched(measured: Measured, values, shapes, unit, found: Hypothesis) -> Hypothesis:
-    """The hypothesis with another computed mode for a measured one where that fits better.
-
-    Two computed modes that lie close together may change places from mesh to mesh, and a body
-    that is as declared must not pay for it. Arguments as `compare` has them.
-    """
-    own = np.sqrt(np.maximum(values, 1e-300)) / (2 * np.pi)
-    alike = _alike(measured.shapes, shapes, own)
-    for k in range(1, len(found.modes)):
-        for j in np.flatnonzero(alike[:, k] > LIKE):
-            modes = (*found.modes[:k], int(j), *found.modes[k + 1 :])
-            if len(set(modes)) == len(modes):
-                most = found.chi2
-                found = _at_best_modulus(measured, own, shapes, modes, unit, most=most) or found
-    return found
-
-
-def _partners(measured, own, alike, first) -> tuple[int, ...] | None:
-    """Computed mode of every measured one by likeness (m, K), the first one being `first`."""
-    if alike[first, 0] < LIKE:
-        return None
-    scale = measured.frequency[0] / own[first]
-    taken = [first]
-    for k in range(1, len(measured.frequency)):
-        score = alike[:, k] - np.abs(np.log(measured.frequency[k] / (scale * own)))
-        score[taken] = -np.inf
-        taken.append(int(np.argmax(score)))
-    return tuple(taken)
-
-
-def _alike(measured, shapes, own) -> np.ndarray:
-    """(m, K) MAC of every computed mode, or the pair that it belongs to, with measured (K, C)."""
-    power = (shapes**2).sum(axis=1)[:, None] * (measured**2).sum(axis=1)
-    alike = (shapes @ measured.T) ** 2 / np.maximum(power, 1e-300)
-    pairs = np.abs(own / own[:, None] - 1) < PAIR
-    done = {}
-    for j in np.flatnonzero(pairs.sum(axis=1) > 1):
-        both = tuple(np.flatnonzero(pairs[j]))
-        if both not in done:
-            q, _ = np.linalg.qr(shapes[list(both)].T)
-            done[both] = ((measured @ q) ** 2).sum(axis=1) / (measured**2).sum(axis=1)
-        alike[j] = done[both]
-    return alike
-
-
-def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
-    """The hypothesis with these partners, None where it costs no less than `most`."""
-    ratio = np.log(measured.frequency / own[list(partners)])
-    weight = measured.error**-2
-    sag = None
-    weigh = unit is not None and measured.sag is not None
-    if weigh:
-        size = (unit @ measured.sag) / (unit @ unit) * measured.softer  # 1/Pa times softer
-        if size > 0:
-            ratio = np.r_[ratio, -0.5 * np.log(size)]
-            weight = np.r_[weight, (measured.sag_error / 2) ** -2]
-    log_root = (weight @ ratio) / weight.sum()
-    pull = (ratio - log_root) * np.sqrt(weight)
-    if not (pull**2).sum() < most:
-        return None
-    modulus = float(np.exp(2 * log_root))
-    if weigh:
-        sag = unit / modulus / measured.softer
-    fitted, chi2 = [], []
-    for k, j in enumerate(partners):
-        pair = shapes[np.abs(own / own[j] - 1) < PAIR]
-        w = 1 / measured.shape_error[k]
-        weighed, wanted = pair * w, measured.shapes[k] * w
-        if len(pair) == 1:
-            part = weighed @ wanted / max(float(weighed[0] @ weighed[0]), 1e-300)
-        else:
-            part, *_ = np.linalg.lstsq(weighed.T, wanted, rcond=None)
-        fitted.append(part @ pair)
-        left = ((measured.shapes[k] - fitted[-1]) * w) ** 2
-        chi2.append(left.sum() * min(1.0, PIECES / (w > 1e-9).sum()))
-    whole = float((pull**2).sum() + np.sum(chi2))
-    if not whole < most:
-        return None
-    return Hypothesis(
-        whole,
-        modulus,
-        partners,
-        own[list(partners)] * np.sqrt(modulus),
-        np.array(fitted),
-        pull,
-        np.array(chi2),
-        sag,
-    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,12 +6,12 @@ import numpy as np
 
 from .diagnosis import Verdict
 from .effects.base import Effect
-from .joint import Heard, moves_its_way, nearby
+from .joint import SHOWN, Heard, nearby
 from .law import TimeFit, replace
 from .residual import NOISY, errors, excess
+from .settle import moves_its_way
 from .timefit import as_it_stands, fit
 
-SHOWN = 0.7  # of what is left, rms, is left at most with the further mode
 STIRRED = 0.3  # of the first mode's start, from which its own is sought
 
 

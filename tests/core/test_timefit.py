@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from core.baseline import behind, build_law
+from core.body_error import leaves
 from core.channels import Channels
+from core.compare import Measured, compare, rematched
 from core.data import RingDown
 from core.effects import (
     air_drag,
@@ -20,10 +22,8 @@ from core.effects import (
     weakening_friction,
 )
 from core.effects.base import FINE
-from core.findings import _leaves
 from core.foils import weakens
 from core.linear_part import solve
-from core.modal_layer import Measured, compare, rematched
 from core.simulate import COARSE, swing
 from core.time_layer import judge, race
 from core.timefit import best_fit, extend, fit, screen, sharp, turned
@@ -301,10 +301,10 @@ def test_a_shaken_mode_answers_as_a_seismometer_does(ratio):
 
 def test_what_a_change_of_the_body_leaves_is_counted_beyond_free_modes():
     before, free = (None, 1.0, 0.8), (0.1, 0.05)
-    assert _leaves(before, before, free) == pytest.approx(1.0)
-    assert _leaves((None, 0.1, 0.05), before, free) == 0.0
-    assert _leaves((None, 0.1, 0.4), before, free) == pytest.approx(0.5, rel=0.01)
-    assert _leaves((None, 0.1, 0.05), (None, 0.1, 0.05), free) == 0.0  # nothing shows
+    assert leaves(before, before, free) == pytest.approx(1.0)
+    assert leaves((None, 0.1, 0.05), before, free) == 0.0
+    assert leaves((None, 0.1, 0.4), before, free) == pytest.approx(0.5, rel=0.01)
+    assert leaves((None, 0.1, 0.05), (None, 0.1, 0.05), free) == 0.0  # nothing shows
 
 
 def test_the_objects_middle_lies_behind_markers_on_its_front():

@@ -1,0 +1,70 @@
+"""What the body's own pitches and shapes leave of a recording, in the time layer's terms."""
+
+import numpy as np
+
+from .compare import Hypothesis
+from .diagnosis import Verdict
+from .law import TimeFit
+from .match import mac
+from .modal_layer import Ground
+from .residual import nrmse
+
+BENT = 0.95  # MAC below which a computed shape is not the measured one
+SHOWN = 1.5  # times the error of free modes, from which the body's pitches and shapes show
+MENDED = 0.8  # of the declared body's error, held out or fitted, that is left at most
+PULLED = 3.0  # standard deviations beyond which a prediction keeps to the model
+
+
+def row(name, verdict: Verdict, ground: Ground, found: Hypothesis) -> tuple:
+    """(name, held-out, fit): the time layer's declared fit with the body's pitches and shapes."""
+    declared = verdict.chain[0][1]
+    law, data = declared.law, ground.data
+    pulls = np.abs(found.pitch_pull[: len(found.frequency)])
+    f = np.where(pulls > PULLED, found.frequency, declared.frequency)
+    bent = np.array([mac(a, b) < BENT for a, b in zip(found.shapes, declared.shapes, strict=True)])
+    shapes = np.where(bent[:, None], found.shapes, declared.shapes)
+    index = law.fitted[0]
+    free = _bound(declared, declared.frequency, declared.shapes, data)
+    change = _bound(declared, f, shapes, data) - free
+    predicted = list(declared.predicted)
+    predicted[index] = predicted[index] + change
+    return name, nrmse(law.takes, predicted, True), nrmse(law.takes, predicted, False)
+
+
+def _bound(declared: TimeFit, frequency, shapes, data) -> np.ndarray:
+    """(T, C) best linear ring-down with these pitches and shapes, fitted where it may be."""
+    z = declared.damping_ratio
+    w = 2 * np.pi * frequency
+    phase = np.outer(data.time, w * np.sqrt(1 - z**2))
+    fall = np.exp(-np.outer(data.time, z * w))
+    waves = np.hstack([fall * np.cos(phase), fall * np.sin(phase)])  # (T, 2K)
+    use = data.fit & np.isfinite(data.values).all(axis=1)
+    mean = waves[use].mean(axis=0)
+    both = np.vstack([shapes, shapes]) / data.sigma  # (2K, C)
+    y = (data.values[use] - data.values[use].mean(axis=0)) / data.sigma
+    centred = waves[use] - mean
+    gram = (centred.T @ centred) * (both @ both.T)
+    right = np.einsum("tk,tc,kc->k", centred, y, both)
+    a = np.linalg.lstsq(gram, right, rcond=None)[0]
+    return ((waves - mean) * a) @ (both * data.sigma) + data.values[use].mean(axis=0)
+
+
+def mends(row: tuple, before: tuple, free: tuple[float, float]) -> bool:
+    """Whether what the declared body misses more than free modes do is less with the effect.
+
+    Each (name, held-out, fit) but `free` (held-out, fit). What does not show there is no test.
+    """
+    shown = [(row[k], before[k]) for k in (1, 2) if before[k] > SHOWN * free[k - 1]]
+    return not shown or any(after < MENDED * was for after, was in shown)
+
+
+def leaves(row: tuple, before: tuple, free: tuple[float, float]) -> float:
+    """Share that is left of the error, rms, that the declared body shows beyond free modes: held
+    out or fitted, the larger one.
+    """
+    over = [
+        max(row[k] ** 2 - free[k - 1] ** 2, 0) / (before[k] ** 2 - free[k - 1] ** 2)
+        for k in (1, 2)
+        if before[k] > SHOWN * free[k - 1]
+    ]
+    return float(np.sqrt(max(over, default=0.0)))

@@ -1,0 +1,146 @@
+"""Chosen modes fitted to all takes at once, without those that were none."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .baseline import build_law, real_shapes, with_body
+from .body import Body
+from .channels import Channels
+from .data import RingDown, poles, replace
+from .law import Law, TimeFit
+from .match import Match, align, likeness, select, turning
+from .residual import NOISY
+from .shutter import at_once
+from .timefit import as_it_stands, fit
+from .unheard import neighbours
+
+STRAY = 0.15  # of its pitch that a mode may move when all are fitted together
+CLOSE = 0.06  # the same, however near the next mode is
+MUCH = 0.3  # damping ratio beyond which it has run off, unless it was heard so
+OWN = 0.7  # MAC with its computed shape from which a mode beside the strongest is one
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """What every trial of modes is fitted on."""
+
+    takes: tuple[Channels, ...]
+    condition: tuple[int, ...]
+    bodies: tuple[Body, ...]
+    fitted: list[int]
+
+
+def settle(ground: Recorded, chosen: list[RingDown], matches: dict[int, Match], tied=()):
+    """The fit, the turns and the matches, without modes that leave the pitch they were heard at.
+
+    `tied`: as `Law.tied`.
+
+    A pole that runs off when all are fitted together was no mode of the body: it takes up some
+    slow or strongly damped motion that a physical effect must explain.
+    """
+    while True:
+        first = matches[ground.condition[ground.fitted[0]]]
+        computed = ground.bodies[ground.condition[ground.fitted[0]]].modes.frequency
+        turns_too = turning(first.modes, computed)
+        apart = ground.condition
+        if turns_too and len(ground.fitted) > 1:  # each release has a direction of its own
+            apart = _apart(ground.takes, ground.condition)
+        law, start = build_law(chosen, ground.takes, apart, ground.condition)
+        law, turns = _informed(law, ground, matches, chosen)
+        law = replace(law, turning=turns_too, damping="free", tied=tied)
+        found = fit(law, start, evaluations=60)
+        strayed = astray(found, chosen[0].frequency, chosen[0].damping_ratio)
+        if not strayed.any():
+            return found, turns, matches
+        kept, tied = np.flatnonzero(~strayed), ()
+        chosen = [select(ring, tuple(kept)) for ring in chosen]
+        matches = {
+            c: Match(tuple(m.poles[k] for k in kept), tuple(m.modes[k] for k in kept))
+            for c, m in matches.items()
+        }
+
+
+def astray(found: TimeFit, heard: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """(K,) bool: modes that have left the pitch (Hz) or damping ratio that they were heard at."""
+    away = np.abs(np.log(found.frequency / heard))
+    strayed = (away > STRAY) | (away > np.maximum(_to_nearest(found.frequency), CLOSE))
+    strayed |= found.damping_ratio > np.maximum(MUCH, 2 * z)
+    strayed[0] = False
+    return strayed
+
+
+def _to_nearest(frequency: np.ndarray) -> np.ndarray:
+    """(K,) how far each mode's pitch lies from the nearest other one, in logarithms."""
+    gap = np.abs(np.log(frequency[:, None] / frequency))
+    np.fill_diagonal(gap, np.inf)
+    return gap.min(axis=1)
+
+
+def _informed(law: Law, ground: Recorded, matches, chosen):
+    """The law told of the first condition's body; the turns of every fitted condition."""
+    bodies, condition = ground.bodies, ground.condition
+    turns = [None] * len(bodies)
+    told = False
+    for ring, i in zip(chosen, ground.fitted, strict=True):
+        c = condition[i]
+        if turns[c] is not None or None in matches[c].modes:
+            continue
+        seen = bodies[c].seen(law.takes[i])
+        measured, _ = real_shapes(ring.amplitude)
+        turns[c] = align(matches[c].modes, seen, bodies[c].modes.frequency, measured)
+        if not told:
+            law = with_body(law, bodies[c].modes.shapes @ turns[c], bodies[c], turns[c].T @ seen)
+            told = True
+    return law, tuple(turns)
+
+
+def _apart(takes, condition) -> tuple[int, ...]:
+    """A condition of its own for every fitted take; a held-out one keeps that of its loads."""
+    fitted = [i for i, t in enumerate(takes) if not t.take.held_out]
+    first = {condition[i]: n for n, i in reversed(list(enumerate(fitted)))}
+    return tuple(
+        fitted.index(i) if i in fitted else first.get(condition[i], len(fitted))
+        for i in range(len(takes))
+    )
+
+
+def amplitudes(data: Channels, ring: RingDown) -> RingDown:
+    """The ring-down with the amplitudes that its poles have in a take."""
+    use = data.fit & np.isfinite(data.values).all(axis=1)
+    pole = poles(ring.frequency, ring.damping_ratio)
+    phase = np.exp(np.outer(data.time[use], pole))
+    basis = np.hstack([phase.real, -phase.imag, np.ones((use.sum(), 1))])
+    x, *_ = np.linalg.lstsq(basis, data.values[use], rcond=None)
+    K = len(ring.frequency)
+    amplitude = at_once(x[:K] + 1j * x[K : 2 * K], pole, data.late)
+    return replace(ring, amplitude=amplitude, offset=x[-1], t0=0.0)
+
+
+def beside(ground: Recorded, free: TimeFit, match: Match):
+    """What is settled with one of the strongest mode's neighbours, for each of them."""
+    condition = ground.condition[ground.fitted[0]]
+    for ring, both, ratio in neighbours(free, match, ground.bodies[condition].modes.frequency):
+        chosen = [amplitudes(ground.takes[i], ring) for i in ground.fitted]
+        yield settle(ground, chosen, {condition: both}, ((len(match.modes), ratio),))
+
+
+def moves_its_way(found: TimeFit, body: Body, mode: int) -> bool:
+    """Whether the last mode of a fit moves as computed `mode` does, and not as another one's mimic.
+
+    Two free modes of one shape tell almost anything that acts on one.
+    """
+    data = found.law.takes[found.law.fitted[0]]
+    on = ~data.support
+    return likeness(found.shapes[-1, on], body.seen(data)[:, on], body.modes.frequency, mode) > OWN
+
+
+def untied(found: TimeFit) -> TimeFit:
+    """The fit without ties: at its best where that leaves noise, else as it stands.
+
+    Two free modes mimic what acts in time by drawing together; what is sought from there goes
+    astray.
+    """
+    law = replace(found.law, tied=())
+    best = fit(law, found.parameters, evaluations=40)
+    return best if best.chi2 < NOISY * best.samples else as_it_stands(law, found.parameters)
