@@ -106,12 +106,14 @@ def _gauges(rings, fitted, weights: np.ndarray) -> tuple[np.ndarray, ...]:
     return tuple(out.get(c, weights) for c in range(max(out) + 1))
 
 
-def with_body(law: Law, shapes: np.ndarray, body, seen: np.ndarray) -> Law:
+def with_body(law: Law, body, turn: np.ndarray) -> Law:
     """The law told by the matched modes what a force on the body does to each of them.
 
-    shapes (P, 3, K) kg^-1/2 and seen (K, C): the computed modes, turned to the measured ones.
+    turn (m, K): of the computed modes to the measured ones.
     """
-    unit = np.einsum("kc,kc->k", law.reference, seen)  # motion at the reference per q_k
+    data = law.takes[law.fitted[0]]
+    shapes, seen = body.modes.shapes @ turn, body.seen(data)
+    unit = np.einsum("kc,kc->k", law.reference, turn.T @ seen)  # at the reference per q_k
     per_metre = shapes / unit
     masses = 1 / unit**2
     operator, normals, areas = surface_quadrature(body.model)
@@ -138,19 +140,38 @@ def with_body(law: Law, shapes: np.ndarray, body, seen: np.ndarray) -> Law:
         skin=np.ascontiguousarray(skin.transpose(1, 2, 0).reshape(skin.shape[1], -1)),
         facing=np.ascontiguousarray(facing[pick].T),
         wind=np.ascontiguousarray(wind.transpose(2, 0, 1).reshape(-1, wind.shape[1])),
-        participation=_participation(body, shapes[:, :, 0], moved[np.argmax(first), :, 0]),
-        towards=_towards(law.takes[law.fitted[0]], body, per_metre[:, :, 0]),
-        behind=behind(body.case.surface.vertices, law.takes[law.fitted[0]]),
+        reach=_reach(body, data, per_metre[:, :, 0]),
+        support=_shaken(body, data, turn[:, 0], law.setting),
+        towards=_towards(data, body, per_metre[:, :, 0]),
+        behind=behind(body.case.surface.vertices, data),
     )
     return replace(law, setting=setting)
 
 
-def _participation(body, shape: np.ndarray, along: np.ndarray) -> float:
-    """m of the reference in mode 1 per m that the support moves slowly along it."""
-    along = along / np.linalg.norm(along)
-    push = float(shape.ravel() @ (body.model.mass @ np.tile(along, len(shape))))
-    moved = (body.markers @ shape.ravel()).reshape(-1, 3) @ along
-    return abs(push * moved[np.argmax(np.abs(moved))])
+def _reach(body, data: Channels, per_metre: np.ndarray) -> float:
+    """m by which the marker on the object that moves most does so, unseen directions included."""
+    moved = np.linalg.norm((body.markers @ per_metre.ravel()).reshape(-1, 3), axis=1)
+    return float(moved[np.unique(data.marker[~data.support])].max())
+
+
+def _shaken(body, data: Channels, first: np.ndarray, setting: Setting):
+    """Hz -> (C, 3) complex: what the channels see per m that the support swings along each axis.
+
+    first (m,): the first measured mode in terms of the computed ones. All of them answer, at
+    pitches over its own as computed and damped as it is (Ewins, Modal Testing, 2000, 2.6).
+    """
+    modes, seen = body.modes, body.seen(data)
+    axes = np.tile(np.eye(3), (len(modes.shapes), 1))
+    push = modes.shapes.reshape(len(axes), -1).T @ (body.model.mass @ axes)
+    own = np.average(modes.frequency, weights=first**2)
+    pitch = modes.frequency / own * setting.omega[0] / (2 * np.pi)
+
+    def seen_at(frequency: float) -> np.ndarray:
+        r = frequency / pitch
+        answer = r**2 / (1 - r**2 + 2j * setting.zeta[0] * r)
+        return data.directions + (seen.T * answer) @ push
+
+    return seen_at
 
 
 def behind(vertices: np.ndarray, data: Channels) -> float:

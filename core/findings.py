@@ -9,6 +9,7 @@ from .baseline import px_per_metre
 from .body_error import leaves, mends, row
 from .camera_layer import camera_effects, true_frequency
 from .compare import PIECES, PITCH_FLOOR, SHAPE_FLOOR, Measured, compare, rematched
+from .dac import SURE
 from .diagnosis import MATERIAL, Verdict
 from .elasticity import gravity_force, static
 from .joint import Heard
@@ -48,6 +49,7 @@ class Findings:
     instead: tuple[str, ...] = ()
     mesh_pitch: dict | None = None  # computed mode -> Hz at 1 Pa with the effect
     stiffer: float = 1.0  # dynamic over static stiffness of the first mode
+    stiffest: float = 1.0  # the same at most, where that is in doubt
     minor: tuple = ()  # (name, share of the motion) of the camera's effects that are too small
 
     def mesh_frequency(self, own: float, j: int) -> float:
@@ -87,7 +89,8 @@ def examine(heard: Heard, verdict: Verdict, stiff: np.ndarray, sigma: np.ndarray
 
 def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     """Compare the final fit's pitches and shapes with the body's, and name what would mend them."""
-    plain = Findings(verdict.verdict, [], [], [], [], stiffer=1 / _softer(verdict.final))
+    softer, softest = _softer(verdict.final)
+    plain = Findings(verdict.verdict, [], [], [], [], stiffer=1 / softer, stiffest=1 / softest)
     condition = heard.condition[verdict.final.law.fitted[0]]
     if heard.turns[condition] is None or verdict.verdict == "refused":
         return replace(plain, advice=[verdict.why] if verdict.why else [])
@@ -174,7 +177,7 @@ def _ground(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         final.shapes,
         shape_error,
         sag,
-        _softer(final),
+        _softer(final)[0],
         CREPT if _creeps(verdict) else SETTLED,
     )
     shrink = 1 / (1 + stiff)
@@ -207,14 +210,15 @@ def _creeps(verdict: Verdict) -> bool:
     return "relaxation" in told
 
 
-def _softer(final: TimeFit) -> float:
-    """Static over dynamic stiffness where a relaxation was found."""
+def _softer(final: TimeFit) -> tuple[float, float]:
+    """Static over dynamic stiffness where a relaxation was found, and the least that it may be."""
     for i, effect in enumerate(final.law.effects):
         if effect.name == "relaxation":
             told = parameters(final, i)
             turns = (2 * np.pi * final.frequency[0] * told["time"]["value"]) ** 2
-            return 1 / (1 + told["ratio"]["value"] * turns / (1 + turns))
-    return 1.0
+            ratios = told["ratio"]["value"], told["ratio"]["ci95"][1]
+            return tuple(1 / (1 + ratio * turns / (1 + turns)) for ratio in ratios)
+    return 1.0, 1.0
 
 
 def _sag_lines(ground: Ground) -> list[str]:
@@ -250,15 +254,20 @@ def _told(best: Suspect, ranked: list[Suspect]) -> dict:
 
 
 def _parameters(one: Suspect) -> dict:
-    """Value and the range over all grid points within the 95 % region."""
+    """Value and the range over the 95 % region, widened by how far real things keep to the law."""
     value = one.told
     others = [report for _, report in one.near]
-    units = {p.name: p.unit for p in one.effect.parameters}
+    known = {p.name: p for p in one.effect.parameters}
     out = {}
     for name, number in value.items():
         all_of = np.array([np.asarray(o[name], float) for o in [*others, value]])
         low, high = all_of.min(axis=0), all_of.max(axis=0)
-        out[name] = estimate(number, low, high, units[name])
+        own = known[name]
+        if np.ndim(number) == 0:
+            form = SURE * own.form * abs(number)
+            low = max(number - np.hypot(number - low, form), own.low)
+            high = min(number + np.hypot(high - number, form), own.high)
+        out[name] = estimate(number, low, high, own.unit)
     return out
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from .body import Body, build_body
 from .channels import Channels
-from .data import Case, ElasticModel, RingDown, replace
+from .data import RingDown, replace
 from .effects.partner import partner
 from .further import with_further
 from .law import TimeFit
@@ -66,12 +66,14 @@ def damping_law(declared: tuple[str, ...]) -> str:
     return "common" if "structural_damping" in declared else "none"
 
 
-def hear(case: Case, bare: ElasticModel, find_release) -> Heard:
+def hear(body: Body, find_release) -> Heard:
     """Listen to every take, match its modes, and fit the declared law to those not held out.
+
+    `body`: with the loads of the first take.
 
     Raises RecordingError as `listen` does.
     """
-    ground, rings = _listened(case, bare, find_release)
+    ground, rings = _listened(body, find_release)
     takes, condition, bodies, fitted = ground.takes, ground.condition, ground.bodies, ground.fitted
     matches = {}
     for i, data in enumerate(takes):
@@ -111,15 +113,17 @@ def nearby(heard: Heard):
             yield _heard(ground, heard.rings, _with_all(wider, heard.body, condition, heard.rings))
 
 
-def _listened(case: Case, bare: ElasticModel, find_release) -> tuple[Recorded, tuple]:
+def _listened(body: Body, find_release) -> tuple[Recorded, tuple]:
     """The takes and the bodies that they need, and every take's ring-down."""
+    case = body.case
     pairs = [listen(take, find_release) for take in case.takes]
     rings = tuple(ring for _, ring in pairs)
     takes = tuple(_first_periods(d, r) if d.take.held_out else d for d, r in pairs)
     keys = [_key(take) for take in case.takes]
     order = list(dict.fromkeys(keys))
     condition = tuple(order.index(key) for key in keys)
-    bodies = tuple(build_body(case, bare, case.takes[keys.index(key)].loads) for key in order)
+    others = [case.takes[keys.index(key)].loads for key in order[1:]]
+    bodies = (body, *(build_body(case, body.bare, loads) for loads in others))
     fitted = [i for i, d in enumerate(takes) if not d.take.held_out]
     return Recorded(takes, condition, bodies, fitted), rings
 

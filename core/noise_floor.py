@@ -18,6 +18,7 @@ from .pencil import evenly
 TAPERS = ((5.0, 4), (8.0, 4))
 LEAKED = 0.8  # of the first estimate: when the second is below it, the first had motion in it
 PIECE = 96  # samples that are looked at together where the instants are uneven
+EVEN = 1e-3  # of a step, that one between neighbours may be other than the usual one
 OVER = 0.3  # of them that the band must leave
 FINE = 4  # points of a sequence per sample
 CLIP = 0.02  # of bins of pure noise, taken for motion
@@ -31,14 +32,36 @@ def noise_floor(time: np.ndarray, signals: np.ndarray) -> np.ndarray:
     """
     time, signals = np.asarray(time, float), np.asarray(signals, float)
     _, even = evenly(time, signals)
-    if even.shape != signals.shape or not np.array_equal(even, signals, equal_nan=True):
-        slepian = lru_cache(maxsize=None)(dpss)  # pieces of one length share their sequences
-        known = ((time[ok], y[ok]) for y in signals.T for ok in [~np.isnan(y)])
-        return np.array([_beside_band(t, y, slepian) for t, y in known])
+    if even.shape == signals.shape and np.array_equal(even, signals, equal_nan=True):
+        return _even_floor(even)
+    slepian = lru_cache(maxsize=None)(dpss)  # pieces of one length share their sequences
+    return np.array([_patchy_floor(time, y, slepian) for y in signals.T])
+
+
+def _even_floor(even: np.ndarray) -> np.ndarray:
+    """(C,) rms, of even samples (T, C) without gaps."""
     ramp = np.polynomial.chebyshev.chebvander(np.linspace(-1, 1, len(even)), 1)
     even = even - ramp @ np.linalg.lstsq(ramp, even, rcond=None)[0]
     first, second = (_level(even, *tapers) for tapers in TAPERS)
     return np.sqrt(np.where(second < LEAKED**2 * first, second, first))
+
+
+def _patchy_floor(time: np.ndarray, y: np.ndarray, slepian) -> float:
+    """rms noise of one channel (n,) with gaps: beside the band, or in its longest whole stretch
+    where that shows that the motion reaches beyond the band.
+    """
+    known = np.isfinite(y)
+    time, y = time[known], y[known]
+    beside = _beside_band(time, y, slepian)
+    steps = np.diff(time)
+    breaks = np.flatnonzero(np.abs(steps / np.median(steps) - 1) > EVEN)
+    ends = np.r_[-1, breaks, len(y) - 1]
+    longest = int(np.argmax(np.diff(ends)))
+    stretch = y[ends[longest] + 1 : ends[longest + 1] + 1]
+    if len(stretch) < PIECE:
+        return beside
+    whole = float(_even_floor(stretch[:, None])[0])
+    return whole if whole < LEAKED * beside else beside
 
 
 def _beside_band(time: np.ndarray, y: np.ndarray, slepian) -> float:

@@ -14,8 +14,9 @@ WIDEST = 8  # principal components of the channels: enough for as many independe
 
 def evenly(time: np.ndarray, signals: np.ndarray) -> tuple[float, np.ndarray]:
     """dt and (T', C): every channel interpolated onto an even grid, gaps bridged in a line."""
-    dt = float(np.median(np.diff(time)))
-    grid = time[0] + dt * np.arange(round((time[-1] - time[0]) / dt) + 1)
+    count = round((time[-1] - time[0]) / np.median(np.diff(time))) + 1
+    grid = np.linspace(time[0], time[-1], count)  # written instants are rounded, their step too
+    dt = float(grid[1] - grid[0])
     even = len(grid) == len(time) and np.abs(grid - time).max() < 1e-3 * dt
     if even and np.isfinite(signals).all():
         return dt, signals

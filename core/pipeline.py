@@ -11,11 +11,11 @@ from threadpoolctl import threadpool_limits
 
 from . import __version__
 from .aliases import FOLDED
-from .body import bare_model
+from .body import Body, bare_model, build_body
 from .camera_layer import true_frequency, unfold
 from .case import read_case
 from .dac import apparent, material
-from .data import Case, ElasticModel, Motion, TetMesh
+from .data import Case, ElasticModel, Motion, TetMesh, replace
 from .diagnosis import Verdict, diagnose
 from .effects import mesh_stiffening, split_modes
 from .elasticity import add_loads
@@ -78,10 +78,10 @@ def calibrate_case(
         case.surface, elements or ELEMENTS, tets, lambda f, text: say(0.15 + 0.25 * f, text)
     )
     say(0.4, "Solving the modes")
-    bare = bare_model(case, mesh, element)
-    heard = hear(case, bare, find_release)
-    say(0.5, "Looking for what the model lacks")
-    with meanwhile(partial(_stiffening, case, mesh, heard)) as converged:
+    body = build_body(case, bare_model(case, mesh, element), case.takes[0].loads)
+    with meanwhile(partial(_stiffening, mesh, body)) as converged:
+        heard = hear(body, find_release)
+        say(0.5, "Looking for what the model lacks")
         heard, verdict = second_hearing(heard, _diagnosed(heard), _diagnosed)
         say(0.8, "Comparing pitches and shapes")
         stiff, sigma = converged()
@@ -120,28 +120,26 @@ def _widen(heard: Heard, found: TimeFit, effects: int) -> TimeFit:
     return with_further(found, heard.match, heard.body, at=len(found.law.effects) - effects)
 
 
-def _stiffening(case: Case, mesh: TetMesh, heard: Heard) -> tuple[np.ndarray, np.ndarray]:
+def _stiffening(mesh: TetMesh, body: Body) -> tuple[np.ndarray, np.ndarray]:
     """How far each eigenvalue lies above the mesh-converged one, and that number's own error.
 
     How wide a lumped mass sits and where its middle is are not known, so what half that width or
     a middle on its patch changes is part of the error.
     """
-
-    loads = case.takes[0].loads
+    loads, modes = body.case.takes[0].loads, body.modes
 
     def build(other: TetMesh, element: str) -> ElasticModel:
-        return add_loads(bare_model(case, other, element), loads)
+        return add_loads(bare_model(body.case, other, element), loads)
 
-    modes = heard.body.modes
     limit = converged_eigenvalues(build, mesh, len(modes.frequency))
-    stiff, sigma = stiffening(heard.body.model, modes, limit)
+    stiff, sigma = stiffening(body.model, modes, limit)
     if not loads:
         return stiff, sigma
     others = [
-        add_loads(heard.body.bare, loads, width=0.5),
-        add_loads(heard.body.bare, loads, over_foot=False),
+        add_loads(body.bare, loads, width=0.5),
+        add_loads(body.bare, loads, over_foot=False),
     ]
-    doubt = np.max([moved(heard.body.model, modes, other) for other in others], axis=0)
+    doubt = np.max([moved(body.model, modes, other) for other in others], axis=0)
     return stiff, np.hypot(sigma, doubt)
 
 
@@ -156,6 +154,7 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
     stiffer = np.sqrt(findings.stiffer)  # what a viscoelastic branch adds while it swings
     pitch = true[k] * (split_modes.middle(final) if k == 0 else 1.0)
     found = apparent(pitch / stiffer, spread / stiffer, findings.mesh_frequency(mesh_frequency, j))
+    found = replace(found, low=found.low * findings.stiffer / findings.stiffest)
     real = material(found, stiff[j], sigma[j])
     held, fitted = errors(heard.declared)
     before = findings.before or (None, held, fitted)

@@ -115,9 +115,23 @@ def _flow(omega, zeta, step):
 
 def _glide(omega, zeta, start, rest):
     """u, u' (B, T, K) after the linear flow over `rest` (B, T, 1) from start (u, v) (B, T, K)."""
-    w = (omega * np.sqrt(np.clip(1 - zeta**2, 1e-12, None)))[:, None]
-    d, o = (zeta * omega)[:, None], omega[:, None]
+    w, d, o = omega * np.sqrt(np.clip(1 - zeta**2, 1e-12, None)), zeta * omega, omega[:, None]
+    cos, sin = _waves(w, d, rest)
+    w, d = w[:, None], d[:, None]
     u0, v0 = start
-    envelope, cos, sin = np.exp(-d * rest), np.cos(w * rest), np.sin(w * rest)
-    u = envelope * (u0 * cos + (v0 + d * u0) / w * sin)
-    return u, envelope * (v0 * cos - (o**2 * u0 + d * v0) / w * sin)
+    u = cos * u0 + sin * ((v0 + d * u0) / w)
+    return u, cos * v0 - sin * ((o**2 * u0 + d * v0) / w)
+
+
+def _waves(w, d, rest):
+    """exp(-d t) cos(w t) and exp(-d t) sin(w t) (B, T, K) for w, d (B, K) at `rest` (B, T, 1).
+
+    Neighbours in a batch mostly differ in other things than these; each pair is worked out once.
+    """
+    if len(rest) > 1 and not np.ptp(rest, axis=0).any():
+        pairs, of = np.unique(np.ravel(w + 1j * d), return_inverse=True)
+        wave = np.exp(np.multiply.outer(rest[0, :, 0], 1j * pairs.real - pairs.imag))
+        of = of.reshape(w.shape)
+        return tuple(np.swapaxes(part[:, of], 0, 1) for part in (wave.real, wave.imag))
+    envelope, phase = np.exp(-d[:, None] * rest), w[:, None] * rest
+    return envelope * np.cos(phase), envelope * np.sin(phase)

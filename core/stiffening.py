@@ -13,7 +13,7 @@ import numpy as np
 from scipy import sparse
 from scipy.optimize import linear_sum_assignment
 
-from .data import ElasticModel, Modes, TetMesh, replace
+from .data import ElasticModel, Modes, TetMesh
 from .eigen import improved_eigenpairs, lowest_eigenpairs
 from .elements import ELEMENTS
 from .elements.simplex import gradients
@@ -52,7 +52,6 @@ def converged_eigenvalues(build: Build, mesh: TetMesh, count: int) -> Converged:
     repeats = 4 if coarse.pinned.any() else 8
     quadratic, x = lowest_eigenpairs(K, M, count, places, multiplicity=repeats)
     up = nested_interpolation(coarse, fine)
-    fine = _held_alike(fine, up[:, coarse.free])
     K3, M3, places3 = _free(fine)
     if len(places3) <= DIRECT:
         cubic, _ = lowest_eigenpairs(K3, M3, count, places3, multiplicity=repeats)
@@ -63,22 +62,13 @@ def converged_eigenvalues(build: Build, mesh: TetMesh, count: int) -> Converged:
         cubic, _ = improved_eigenpairs(
             K3, M3, up @ x, lambda r: up @ solve(up.T @ r) + smooth * r, steps=STEPS
         )
-    gap = np.maximum(quadratic - cubic, 0)
-    sigma = np.hypot(UNSURE * gap, FLOOR * cubic)
+    gap = quadratic - cubic  # below nought where the finer points hold more of a pin's rim
+    sigma = np.hypot(UNSURE * np.abs(gap), FLOOR * cubic)
     shapes = np.zeros((3 * len(coarse.points), count))
     shapes[coarse.free] = x
     frequency = np.sqrt(np.maximum(quadratic, 0)) / (2 * np.pi)
     modes = Modes(frequency, shapes.reshape(-1, 3, count))
-    return Converged(cubic - BEYOND * gap, sigma, coarse, modes)
-
-
-def _held_alike(fine: ElasticModel, from_free: sparse.csr_matrix) -> ElasticModel:
-    """`fine` held where no free point of the coarse element reaches (3P fine, free).
-
-    A region's rim cuts through triangles, and more points would hold a little more of it.
-    """
-    reach = np.asarray(abs(from_free).sum(axis=1)).reshape(-1, 3).max(axis=1)
-    return replace(fine, pinned=reach < 1e-9)
+    return Converged(cubic - BEYOND * np.maximum(gap, 0), sigma, coarse, modes)
 
 
 def _free(model: ElasticModel):

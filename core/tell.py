@@ -134,23 +134,34 @@ def parameters(found: TimeFit, index: int) -> dict:
         for name, one in value.items()
         if not (isinstance(one, float | np.floating) and not np.isfinite(one))
     }
-    return _anywhere(told, effect, (theta, setting, shape, block))
+    spread = np.sqrt(np.diag(block))[len(effect.low) : len(theta)]
+    return _widened(told, _others(effect, theta, (setting, shape, spread)))
 
 
-def _anywhere(told: dict, effect, known) -> dict:
-    """The parameters with intervals that hold every place where the force may act."""
-    theta, setting, shape, block = known
+def _others(effect, theta, known):
+    """The effect as it would be told of every place where its force may act, and of what else
+    looks the same.
+    """
+    setting, shape, spread = known
     own = len(effect.low)
-    if not effect.force or not told:
-        return told
-    spread = np.sqrt(np.diag(block))[own : len(theta)]
-    for lever, place in zip(*setting.able(theta[own:], spread), strict=True):
-        there = replace(setting, levers=np.array([lever]), places=place[None])
-        other = effect.report(np.r_[theta[:own], place], there, shape)
+    if effect.alike is not None:
+        yield effect.alike(theta, setting, shape)
+    if effect.force:
+        for lever, place in zip(*setting.able(theta[own:], spread), strict=True):
+            there = replace(setting, levers=np.array([lever]), places=place[None])
+            yield effect.report(np.r_[theta[:own], place], there, shape)
+
+
+def _widened(told: dict, others) -> dict:
+    """The parameters with intervals moved along to all of the `others`."""
+    for other in others:
         for name, one in told.items():
+            if one["ci95"] is None:
+                continue
             change = float(other[name]) / one["value"] if one["value"] else 1.0
             low, high = one["ci95"]
-            told[name] = one | {"ci95": [min(low, low * change), max(high, high * change)]}
+            ends = min(low, low * change), max(high, high * change)
+            told[name] = estimate(one["value"], *ends, one["unit"])
     return told
 
 
@@ -201,7 +212,7 @@ def _told(value, slope, block, parameter) -> dict:
         half = abs(float(value))
     value = float(np.clip(value, parameter.low, parameter.high))
     low = max(value - half, parameter.low)
-    high = min((value + half) * (1 + parameter.above), parameter.high)
+    high = min(value + half, parameter.high)
     return estimate(value, float(low), float(high), parameter.unit)
 
 

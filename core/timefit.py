@@ -15,6 +15,9 @@ from .effects.base import FINE, Effect
 from .law import Law, TimeFit, bounds, unpack
 from .linear_part import left_over, march, residuals, solve
 
+LAGS = 1.5  # of the best walk's misfit: one that is more off does not catch up
+SAME = 0.005  # of what its parameters may be: nearer the best walk, one is where that is
+
 
 def _cut(law: Law, horizon: float) -> Law:
     """The law with fitted takes no longer than that share of the fitted part: all else is marched
@@ -63,10 +66,21 @@ def best_fit(law: Law, starts: np.ndarray, horizons=(1.0,), evaluations: int = 1
     for horizon in horizons:
         short = _cut(law, horizon)
         starts = [np.clip(_gauged(short, p), low + 1e-12, high - 1e-12) for p in starts]
-        walks = _descend(short, starts, (low, high), evaluations)
+        walks = _promising(_descend(short, starts, (low, high), evaluations), high - low)
         starts = [p for p, _, _ in walks]
     p, jacobian, _ = min(walks, key=lambda walk: walk[2])
     return conclude(law, p, jacobian)
+
+
+def _promising(walks: list, reach: np.ndarray) -> list:
+    """The best walk, and those that are neither far behind it nor where it is."""
+    best = min(walks, key=lambda walk: walk[2])
+    return [
+        walk
+        for walk in walks
+        if walk is best
+        or (walk[2] < LAGS * best[2] and (np.abs(walk[0] - best[0]) > SAME * reach).any())
+    ]
 
 
 def as_it_stands(law: Law, p: np.ndarray) -> TimeFit:

@@ -20,7 +20,6 @@ class Parameter:
     low: float
     high: float
     form: float = 0.05  # relative standard deviation by which no real thing keeps to the law
-    above: float = 0.0  # relative, that it may be more than the recording can show
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +44,8 @@ class Setting:
     drag_area: float  # m2, integral of |S|^3 over the surface seen from the motion; NaN = not known
     duration: float  # s, of the longest fitted part
     reference: np.ndarray  # (K, C) reference_k . shape = m at the reference
-    participation: float = 1.0  # m of the reference per m that the support moves in mode 1
+    reach: float = 1.0  # m that the marker that moves most does per m of the reference, mode 1
+    support: Callable | None = None  # Hz -> (C, 3) complex, seen motion per m that it swings
     towards: np.ndarray | None = None  # (C,) seen motion times motion towards the camera, per m2
     behind: float = 0.0  # m that the object's middle is further from the camera than its markers'
     pose: np.ndarray | None = None  # (C,) what swings, at the release; known once it is fitted
@@ -92,6 +92,8 @@ class Effect:
       starts(setting, residual) -> list of theta      where the fit begins
       report(theta, setting, shape) -> {name: value}   the contract's parameters; shape (C, q) is
           how strongly each channel shows the columns
+      alike(theta, setting, shape) -> {name: value}   the same, as far from that as what a recording
+          cannot show lets it be
     """
 
     name: str
@@ -112,6 +114,7 @@ class Effect:
     clock: Callable | None = None
     delay: Callable | None = None
     report: Callable | None = None
+    alike: Callable | None = None
     free: int = 0  # numbers that it takes from the record itself
     given: Callable | None = None  # (take index) -> (T, C), known motion taken off
     veto: Callable | None = None  # (TimeFit) -> why what was fitted is not this effect, or ""

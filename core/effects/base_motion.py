@@ -8,11 +8,13 @@ Source      Ewins, Modal Testing (2000), 3.3: the reference must be measured
 """
 
 import numpy as np
-from scipy.signal import lsim
+from scipy.ndimage import uniform_filter1d
+from scipy.signal import cont2discrete, lfilter
 
 from .base import Effect, Parameter
 
 PITCH, DAMPING = 0.15, 2.0  # logarithms by which a shaken mode may be other than it was heard
+BESIDE, MARGIN = 4, 1.3  # neighbours either way of a spectrum's line; noise is no less than this
 SETTLE = "stick a marker on the support, or film something that stands still beside it"
 
 
@@ -30,9 +32,29 @@ def common_motion(data, residual: np.ndarray) -> np.ndarray:
             if not pool:
                 continue
             weight = np.where(np.isnan(residual[:, pool]), 0, 1 / data.sigma[pool] ** 2)
-            sums = np.nansum(residual[:, pool] * weight, axis=1)
-            shared[:, c] = sums / np.maximum(weight.sum(axis=1), 1e-300)
+            sums, whole = np.nansum(residual[:, pool] * weight, axis=1), weight.sum(axis=1)
+            shared[:, c] = clear(
+                np.where(whole > 0, sums / np.maximum(whole, 1e-300), np.nan),
+                float(np.mean(1 / whole[whole > 0])) if whole.any() else 0.0,
+            )
     return shared
+
+
+def clear(path: np.ndarray, variance: float) -> np.ndarray:
+    """(T,) a path without what is but noise of that `variance`; gaps (NaN) are bridged.
+
+    A pitch counts by the share of its power that is above the noise's (Wiener, Extrapolation,
+    Interpolation and Smoothing of Stationary Time Series, 1949), its neighbours' power taken too.
+    """
+    known, at = np.isfinite(path), np.arange(len(path))
+    if not known.any():
+        return np.zeros(len(path))
+    whole = np.interp(at, at[known], path[known])
+    lines = np.fft.rfft(np.r_[whole, whole[::-1]])  # goes back the way it came: no jump at its end
+    power = uniform_filter1d(np.abs(lines) ** 2, 2 * BESIDE + 1, mode="nearest")
+    floor = MARGIN * 2 * len(path) * variance
+    share = np.clip(1 - floor / np.maximum(power, 1e-300), 0.0, None)
+    return np.fft.irfft(lines * share, 2 * len(path))[: len(path)]
 
 
 def support_path(data) -> tuple[np.ndarray, np.ndarray]:
@@ -40,9 +62,10 @@ def support_path(data) -> tuple[np.ndarray, np.ndarray]:
     known = np.isfinite(data.values[:, data.support]).all(axis=1)
     axes = np.concatenate([np.arange((data.marker == m).sum()) for m in np.unique(data.marker)])
     values = data.values[known] - np.nanmean(data.values[known], axis=0)
+    noise = data.sigma[data.support].mean() ** 2 / data.support.sum() * len(np.unique(axes))
     mean = np.array([values[:, data.support & (axes == a)].mean(axis=1) for a in np.unique(axes)])
     way = np.linalg.svd(mean, full_matrices=False)[0][:, 0]
-    return data.time[known], way @ mean
+    return data.time[known], clear(way @ mean, noise)
 
 
 def answer(omega: float, zeta: float, time: np.ndarray, path: np.ndarray) -> np.ndarray:
@@ -52,10 +75,10 @@ def answer(omega: float, zeta: float, time: np.ndarray, path: np.ndarray) -> np.
     derivative, which its noise would drown. The mode's own ringing may be anything.
     """
     even = np.linspace(time[0], time[-1], max(len(time), int(np.ptp(time) * omega * 2)))
-    s = np.interp(even, time, path)
+    s = np.interp(even, time, path - path[0])
     system = ([2 * zeta * omega, omega**2], [1.0, 2 * zeta * omega, omega**2])
-    _, p, _ = lsim(system, s, even - even[0])
-    return np.interp(time, even, p - s)
+    above, below, _ = cont2discrete(system, even[1] - even[0], method="foh")
+    return np.interp(time, even, lfilter(above[0], below, s) - s)
 
 
 def shaken(shared: tuple[np.ndarray, ...], rms: float, free: int, path=None) -> Effect:

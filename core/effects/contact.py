@@ -29,7 +29,7 @@ def veto(found):
 
 def report(theta, setting, shape):
     """m at the marker that moves most."""
-    return {"gap": theta[0] * setting.amplitude}
+    return {"gap": theta[0] * setting.amplitude * setting.reach}
 
 
 def _variant(side):

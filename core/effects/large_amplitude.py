@@ -25,7 +25,8 @@ def force(theta, setting, state):
 
 def report(theta, setting, shape):
     """1/m2 of the marker that moves most."""
-    return {"shift_per_metre2": theta[0] / setting.amplitude**2 * setting.stiffer}
+    size = setting.amplitude * setting.reach
+    return {"shift_per_metre2": theta[0] / size**2 * setting.stiffer}
 
 
 EFFECT = Effect(

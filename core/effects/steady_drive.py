@@ -15,6 +15,8 @@ from .further_mode import further_mode
 
 RESONANT = 0.06  # relative distance from the first pitch
 LIVELIEST = 0.3  # of the first mode's damping ratio that a mode has at least
+HIDDEN = 0.31  # of a motion anywhere in space that a flat view shows at least, 19 times of 20
+UNSEEN = 0.2  # of the clearest direction: a support's motion seen less than that is not told
 STILL = 1.2  # misfit per sample that a true line at resonance leaves at most
 
 
@@ -45,11 +47,25 @@ def starts(setting, residual):
 
 
 def report(theta, setting, shape):
-    """Hz, and m of the support: the response taken back through the first mode."""
-    response = np.linalg.norm(setting.reference[0] @ shape)
-    r = 2 * np.pi * np.exp(theta[0]) / setting.omega[0]
-    gain = abs(1 + setting.participation * r**2 / (1 - r**2 + 2j * setting.zeta[0] * r))
-    return {"frequency": np.exp(theta[0]), "amplitude": response / gain}
+    """Hz, and m of the support: what it must do for the body to be seen as it is."""
+    frequency, response = np.exp(theta[0]), shape @ np.array([1, -1j])
+    if setting.support is None:  # the first mode's motion, as if it moved as a whole
+        r = 2 * np.pi * frequency / setting.omega[0]
+        gain = 1 / abs(1 - r**2 + 2j * setting.zeta[0] * r)
+        return {"frequency": frequency, "amplitude": abs(setting.reference[0] @ response) / gain}
+    path = np.linalg.lstsq(setting.support(frequency), response, rcond=UNSEEN)[0]
+    sway = np.linalg.norm(np.array([path.real, path.imag]), 2)  # an ellipse's longer half axis
+    return {"frequency": frequency, "amplitude": float(sway)}
+
+
+def alike(theta, setting, shape):
+    """A support may move along where the camera looks as well."""
+    told = report(theta, setting, shape)
+    if setting.support is not None:
+        clear = np.linalg.svd(setting.support(told["frequency"]), compute_uv=False)
+        if len(clear) == 3 and clear[2] > UNSEEN * clear[0]:
+            return told
+    return told | {"amplitude": told["amplitude"] / HIDDEN}
 
 
 def rival(found):
@@ -86,5 +102,6 @@ EFFECT = Effect(
     columns=columns,
     veto=veto,
     report=report,
+    alike=alike,
     rival=rival,
 )

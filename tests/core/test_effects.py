@@ -2,13 +2,14 @@
 
 import importlib
 import pkgutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from core import effects
 from core.case_schema import EFFECT_NAMES
-from core.effects import BY_NAME, TIME_EFFECTS, graded_stiffness
+from core.effects import BY_NAME, TIME_EFFECTS, base_motion, graded_stiffness, relaxation
 from core.simulate import swing
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
 
@@ -62,3 +63,27 @@ def test_an_exponential_gradient_is_told_by_few_powers(ratio):
     s = np.linspace(0, 1, 101)
     told = np.polynomial.polynomial.polyval(s, graded_stiffness.powers(ratio))
     assert np.abs(told / ratio**s - 1).max() < 3e-3
+
+
+@pytest.mark.parametrize("noise", [0.03, 0.3, 1.0])
+def test_a_shaken_path_is_cleared_of_noise_and_its_gaps_are_bridged(noise):
+    rng = np.random.default_rng(5)
+    time = np.arange(600) / 120
+    waves = [(0.4, 0.3), (1.1, 1.0), (2.3, 0.5), (5.2, 0.2)]  # Hz, size
+    path = sum(a * np.sin(2 * np.pi * f * time + a) for f, a in waves)
+    seen = path + noise * rng.standard_normal(600)
+    seen[200:204] = np.nan
+    left = base_motion.clear(seen, noise**2) - path
+    assert np.sqrt(np.mean(left**2)) < 0.7 * noise
+    assert np.abs(base_motion.clear(path, 0.0) - path).max() < 1e-9
+
+
+def test_what_was_held_briefly_may_creep_more_than_it_showed():
+    theta, pose = np.array([np.log(2.0)]), np.array([1.0, 2.0])
+    plain = replace(setting(), pose=pose)
+    shown = relaxation.report(theta, plain, 0.3 * pose[:, None])
+    most = relaxation.alike(theta, plain, 0.3 * pose[:, None])
+    assert shown == {"ratio": pytest.approx(0.3), "time": pytest.approx(2.0 / 1.3)}
+    held = 0.5  # of its time: so much of the branch has let go by then
+    assert most["ratio"] * (1 - np.exp(-held)) == pytest.approx(shown["ratio"])
+    assert most["time"] * (1 + most["ratio"]) == pytest.approx(2.0)

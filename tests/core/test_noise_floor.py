@@ -66,3 +66,16 @@ def test_gaps_and_uneven_instants_do_not_change_the_level(missing, jitter):
         y[rng.random(480) < missing] = np.nan
         found.append(noise_floor(time, y[:, None])[0])
     assert 0.92 < np.mean(found) / sigma < 1.08
+
+
+@pytest.mark.parametrize("written", ["to the microsecond", "with gaps"])
+def test_motion_near_half_the_frame_rate_is_no_noise(written):
+    rng, sigma = np.random.default_rng(8), 2e-4
+    time = np.arange(900) / 60
+    y = sum(np.exp(-0.4 * time) * np.cos(2 * np.pi * f * time) for f in (3.1, 16.0, 23.7, 27.9))
+    y = y[:, None] * np.array([1.0, 0.4, -0.7]) + sigma * rng.standard_normal((900, 3))
+    if written == "with gaps":
+        y[[40, 500, 777], 1] = np.nan
+    else:
+        time = np.round(time, 6)
+    assert noise_floor(time, y) == pytest.approx(np.full(3, sigma), rel=0.25)
