@@ -17,7 +17,7 @@ PULLED = 3.0  # standard deviations beyond which a prediction keeps to the model
 
 def row(name, verdict: Verdict, ground: Ground, found: Hypothesis) -> tuple:
     """(name, held-out, fit): the time layer's declared fit with the body's pitches and shapes."""
-    declared = verdict.chain[0][1]
+    declared = verdict.damped
     law, data = declared.law, ground.data
     pulls = np.abs(found.pitch_pull[: len(found.frequency)])
     f = np.where(pulls > PULLED, found.frequency, declared.frequency)

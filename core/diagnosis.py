@@ -14,6 +14,7 @@ import numpy as np
 
 from .damping import find_damping
 from .decidable import undecidable
+from .effects import DAMPING
 from .foils import is_broken, weakens
 from .forgotten import more_modes
 from .law import TimeFit
@@ -30,8 +31,8 @@ from .sufficiency import (
     strays,
     sufficient,
 )
-from .time_layer import EVIDENCE, MATERIAL, NEARLY, Candidate, judge, pairs, singles
-from .timefit import sharp
+from .time_layer import EVIDENCE, MATERIAL, NEARLY, Candidate, judge, pairs, singles, vetoed
+from .timefit import sharp, turned
 
 WEAK = 0.05  # of the motion, rms: more than that is no forgotten weak mode
 RIVALS = 3  # single effects of which a second one is sought
@@ -52,6 +53,16 @@ class Verdict:
     @property
     def final(self) -> TimeFit:
         return self.chain[-1][1]
+
+    @property
+    def laws(self) -> int:
+        """Laws of damping that were found; they come first in the chain."""
+        return sum(name in DAMPING for name, _ in self.chain)
+
+    @property
+    def damped(self) -> TimeFit:
+        """The declared fit, with the law of damping that was found."""
+        return self.chain[self.laws][1]
 
 
 def diagnose(
@@ -130,8 +141,8 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     doubtful = [c for c in able if c.outdone]
     beam = sorted([*strong, *doubtful], key=lambda c: -c.evidence)
     found = _polished(pairs(declared, beam), declared, widen)
-    both = [c for c in found if sufficient(c, ENOUGH_BOTH)]
-    nearly = [c for c in found if sufficient(c, ENOUGH_BOTH, nearly=True)]
+    both = _stand([c for c in found if sufficient(c, ENOUGH_BOTH)])
+    nearly = _stand([c for c in found if sufficient(c, ENOUGH_BOTH, nearly=True)])
     if both and is_broken(declared, both[0]):
         return Verdict("unexplained", chain, (), (), ranked, ())
     least = strong[0].evidence if strong else 0.0
@@ -153,6 +164,13 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     if partial:
         return _partly(chain, partial[0], strong, ranked)
     return Verdict("unexplained", chain, (), (), ranked, ())
+
+
+def _stand(found: list[Candidate]) -> list[Candidate]:
+    """The candidates of two effects from the first on whose earlier one is one beside the other."""
+    while found and vetoed(turned(found[0].found)):
+        found = found[1:]
+    return found
 
 
 def _partly(chain, best: Candidate, strong: list[Candidate], ranked) -> Verdict:

@@ -104,7 +104,8 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     if marched and base.modes != heard.match.modes:
         return plain  # what acts in time has bent the shapes beyond knowing which mode is which
     ratios = max(len(base.pitch_pull) - 1, 1)
-    doubt = DOUBT**2 if verdict.effects else DOUBT  # a second cause needs to be clearer
+    acts = len(verdict.effects) > verdict.laws
+    doubt = DOUBT**2 if acts else DOUBT  # a second cause needs to be clearer
     if chi2_law.sf((base.pitch_pull**2).sum(), ratios) > doubt:
         return plain  # shapes alone, bent by whatever acts in time, name nothing
     known = heard.body.case.declared
@@ -122,7 +123,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     before = row(None, verdict, ground, base)
     with_it = row(good[0].effect.name, verdict, ground, good[0].hypothesis) if good else None
     misfit = (float((base.pitch_pull**2).sum()), float(base.shape_chi2.sum()))
-    free = errors(verdict.chain[0][1])
+    free = errors(verdict.damped)
     if not good or not mends(with_it, before, free):
         if base.chi2 < CLEAR * pieces:
             line = "Pitches or shapes differ a little from the body's; no known effect mends them."
@@ -151,7 +152,7 @@ def _ground(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     K, body = final.law.modes, heard.body
     j = list(heard.match.modes)
     spread = np.sqrt(np.maximum(np.diag(final.covariance)[:K], 0) * inflation(final))
-    bias = BIASED * max(_moved(final, heard.declared), _bent(final))
+    bias = BIASED * max(_moved(final, verdict.damped), _bent(final))
     error = np.sqrt(spread**2 + bias**2 + (0.5 * sigma[j]) ** 2 + PITCH_FLOOR**2)
     samples = max(int(data.fit.sum()), 1)
     size = np.abs(final.shapes).max(axis=1, keepdims=True)

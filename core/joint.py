@@ -7,12 +7,12 @@ import numpy as np
 from .body import Body, build_body
 from .channels import Channels
 from .data import RingDown, replace
-from .effects.partner import partner
 from .further import with_further
 from .law import TimeFit
 from .lens import straightened
 from .listen import listen
 from .match import (
+    PAIR,
     Match,
     has_twin,
     match_modes,
@@ -20,9 +20,10 @@ from .match import (
     select,
     turning,
 )
+from .pair import with_partner
 from .residual import excess
 from .settle import Recorded, amplitudes, astray, beside, moves_its_way, settle, untied
-from .timefit import best_fit, extend, fit
+from .timefit import fit
 from .unheard import weak_modes
 
 WEAK = 0.6  # likeness in shape less twice the difference in pitch that makes a weak mode known
@@ -31,8 +32,6 @@ LESS = 0.5  # of that, rms, is then left at most
 SHOWN = 0.7  # of that, rms, is left at most when it shows
 AUDIBLE = 0.05  # of the motion, rms, that must be left for that
 FAINT = 0.02  # of the strongest mode's swing: below, a partner is not looked for
-PAIR_SHARE = 0.2  # of what is left that it must take: less may be what acts in time
-PAIR_EVIDENCE = 20.0  # gain in BIC that the other direction of a degenerate pair must bring
 HELD_PERIODS = 2.0  # of the first mode, from which the start of a held-out take is fitted
 
 
@@ -175,9 +174,10 @@ def _with_neighbour(ground: Recorded, settled: tuple) -> tuple:
 def _with_all(settled: tuple, body: Body, condition: int, rings: tuple):
     free, turns, matches = settled
     first, computed = matches[condition], body.modes.frequency
-    setting = replace(free.law.setting, paired=has_twin(first.modes, computed))
+    gaps = _gaps(first.modes, computed)
+    setting = replace(free.law.setting, paired=has_twin(first.modes, computed), gap=gaps.get(0))
     free = replace(free, law=replace(free.law, setting=setting))
-    free = _with_partners(free, _gaps(first.modes, computed))
+    free = _with_partners(free, gaps)
     return with_further(free, first, body, rings), turns, first
 
 
@@ -191,7 +191,7 @@ def _gaps(modes, frequency: np.ndarray) -> dict[int, float]:
     """How far the computed partner of each matched degenerate mode lies from it, relatively."""
     return {
         k: float(np.abs(np.delete(frequency, modes[k]) / frequency[modes[k]] - 1).min())
-        for k in turning(modes, frequency)
+        for k in turning(modes, frequency, 2 * PAIR)
     }
 
 
@@ -205,13 +205,7 @@ def _with_partners(found: TimeFit, gaps: dict[int, float]) -> TimeFit:
             found.law.setting, omega=2 * np.pi * found.frequency, zeta=found.damping_ratio
         )
         found = replace(found, law=replace(found.law, setting=setting))
-        effect = partner(k, gap)
-        tries = [extend(found, (effect,), [start]) for start in effect.starts(setting, None)]
-        wider = best_fit(tries[0][0], np.array([p for _, p in tries]), evaluations=20)
-        price = (wider.unknowns - found.unknowns) * np.log(wider.samples) + PAIR_EVIDENCE
-        gain = found.chi2 - wider.chi2
-        if gain > max(price, PAIR_SHARE * (found.chi2 - found.samples)) and not effect.veto(wider):
-            found = wider
+        found = with_partner(found, k, gap)
     return found
 
 

@@ -33,7 +33,9 @@ def march(law: Law, unpacked, data: Channels):
     columns = [(e, traces[:, :, [j]]) for j, (e, _) in enumerate(p for p in forces if p[0].force)]
     delay = None if data.late is None else data.late.T[None]
     for effect, theta in pairs:
-        if effect.columns:
+        if effect.beside:
+            columns.append((effect, effect.beside(theta, omega, zeta, time)))
+        elif effect.columns:
             columns.append((effect, effect.columns(theta, law.setting, time, u)))
         if effect.delay:
             delay = effect.delay(theta, law.setting, data.rows.T) + (0 if delay is None else delay)

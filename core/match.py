@@ -190,13 +190,20 @@ def has_twin(modes: tuple[int | None, ...], frequency: np.ndarray) -> bool:
     return any(j not in modes for j in near)
 
 
-def turning(modes: tuple[int | None, ...], frequency: np.ndarray) -> tuple[int, ...]:
-    """Which matched modes are one of a degenerate pair: their motion may turn in an ellipse."""
+def turning(
+    modes: tuple[int | None, ...], frequency: np.ndarray, apart: float = PAIR
+) -> tuple[int, ...]:
+    """Which matched modes are one of a degenerate pair: their motion may turn in an ellipse.
+
+    `apart`: how far, relatively, the other one may lie.
+    """
     return tuple(
         k
         for k, j in enumerate(modes)
         if j is not None
-        and any(i not in modes for i in np.flatnonzero(np.abs(frequency / frequency[j] - 1) < PAIR))
+        and any(
+            i not in modes for i in np.flatnonzero(np.abs(frequency / frequency[j] - 1) < apart)
+        )
     )
 
 

@@ -25,7 +25,6 @@ from .joint import Heard, hear
 from .law import TimeFit
 from .play import motion
 from .rehear import second_hearing
-from .residual import errors
 from .ringdown import find_release
 from .side_by_side import meanwhile
 from .signatures import budget
@@ -156,8 +155,6 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
     found = apparent(pitch / stiffer, spread / stiffer, findings.mesh_frequency(mesh_frequency, j))
     found = replace(found, low=found.low * findings.stiffer / findings.stiffest)
     real = material(found, stiff[j], sigma[j])
-    held, fitted = errors(heard.declared)
-    before = findings.before or (None, held, fitted)
     return {
         "case": case.name,
         "version": __version__,
@@ -170,7 +167,7 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
         },
         "youngs_modulus": told_modulus(found, real),
         "modes": told_modes(heard, final, found.value * findings.stiffer, true),
-        "error": told_error(verdict, before, findings.rows, findings.instead),
+        "error": told_error(verdict, findings.before, findings.rows, findings.instead),
         "diagnosis": told_diagnosis(
             heard,
             verdict,

@@ -14,6 +14,7 @@ ENOUGH_BOTH = 0.88  # for two effects, which have more freedom
 SECOND_SIZE = 0.25  # of the declared fit's excess, rms, that a second effect must take
 SECOND, SECOND_HELD = 0.6, 0.5  # share of what the first leaves that a second must take
 NEARLY_ALL = 0.97  # share of the excess where what was held out is still far off
+ASTRAY = 5.0  # times its noise, from which a held-out prediction is no explanation
 FAR_OFF = 2.0  # times its noise, from which a held-out error is that of something not modelled
 
 
@@ -23,10 +24,10 @@ def fails(declared: TimeFit) -> bool:
     return left > NOISY * count
 
 
-def strays(found: TimeFit) -> bool:
-    """Whether what was held out is mispredicted by much more than noise."""
+def strays(found: TimeFit, much: float = FAR_OFF) -> bool:
+    """Whether what was held out is mispredicted by `much` more than noise."""
     takes = found.law.takes
-    return errors(found)[0] > FAR_OFF * noise_share(takes, True) > 0
+    return errors(found)[0] > much * noise_share(takes, True) > 0
 
 
 def shows(candidate: Candidate, declared: TimeFit) -> bool:
@@ -48,8 +49,10 @@ def sufficient(candidate: Candidate, enough: float, *, nearly: bool = False) -> 
     takes = candidate.found.chi2 < NOISY * count
     found = candidate.found.law.effects[-len(candidate.names) :]
     takes |= candidate.share >= (ALL if all(e.free for e in found) else enough)
-    ahead = NEARLY_ALL if strays(candidate.found) and not nearly else ENOUGH_HELD
-    return takes and not candidate.held_share < ahead
+    if nearly:
+        return takes and not candidate.held_share < ENOUGH_HELD
+    ahead = NEARLY_ALL if strays(candidate.found) else ENOUGH_HELD
+    return takes and not candidate.held_share < ahead and not strays(candidate.found, ASTRAY)
 
 
 def beats_single(both: Candidate, strong: list[Candidate], over: float) -> bool:

@@ -8,7 +8,7 @@ from .advice import advise
 from .dac import SURE
 from .data import Estimate
 from .diagnosis import Verdict, probabilities
-from .effects import DAMPING
+from .effects import DAMPING, perspective
 from .joint import Heard
 from .law import TimeFit, unpack
 from .match import likeness
@@ -105,7 +105,12 @@ def parameters(found: TimeFit, index: int) -> dict:
     if effect.report is None:
         return {}
     shape = found.column_shapes()[index]
-    setting = replace(law.setting, pose=_pose(found), pitch=found.frequency[0])
+    setting = replace(
+        law.setting,
+        pose=_pose(found),
+        pitch=found.frequency[0],
+        slope=perspective.slope(found),
+    )
     a, b, _ = law.sizes()
     at = a + b + sum(len(t[0]) for t in found.theta[:index])
     block = found.covariance[at : at + len(theta), at : at + len(theta)] * inflation(found)
@@ -153,16 +158,15 @@ def _others(effect, theta, known):
 
 
 def _widened(told: dict, others) -> dict:
-    """The parameters with intervals moved along to all of the `others`."""
-    for other in others:
-        for name, one in told.items():
-            if one["ci95"] is None:
-                continue
-            change = float(other[name]) / one["value"] if one["value"] else 1.0
-            low, high = one["ci95"]
-            ends = min(low, low * change), max(high, high * change)
-            told[name] = estimate(one["value"], *ends, one["unit"])
-    return told
+    """The parameters with intervals that hold them as told in the `others`, equally unsure."""
+    others, out = list(others), {}
+    for name, one in told.items():
+        out[name] = one
+        if one["ci95"] is not None and one["value"]:
+            changes = np.array([1.0, *(other[name] / one["value"] for other in others)])
+            ends = np.outer(one["ci95"], changes)
+            out[name] = estimate(one["value"], ends.min(), ends.max(), one["unit"])
+    return out
 
 
 def _pose(found: TimeFit) -> np.ndarray:
@@ -216,28 +220,33 @@ def _told(value, slope, block, parameter) -> dict:
     return estimate(value, float(low), float(high), parameter.unit)
 
 
-def told_error(verdict: Verdict, before: tuple, tail: list[tuple], instead=()) -> dict:
-    """The report's error: `before` replaces the declared row where the model is stiffer than that.
+def told_error(verdict: Verdict, before: tuple | None, tail: list[tuple], instead=()) -> dict:
+    """The report's error: `before` replaces the row of the declared body where its own pitches
+    and shapes leave more.
 
-    `tail` are rows (name, held-out, fit) of effects outside the time layer, put first. What the
-    effects named `instead` take belongs to the last of them.
+    `tail` are rows (name, held-out, fit) of effects outside the time layer, put before those in
+    it. What the effects named `instead` take belongs to the last of them.
     """
-    rows = []
-    takes = verdict.final.law.takes
-    for name, held, fitted in (before, *tail):
-        rows.append({"added": name, "held_out": held, "fit": fitted})
-    for name, found in verdict.chain[1:]:
-        held, fitted = errors(found)
+    takes, laws = verdict.final.law.takes, verdict.laws
+    rows = [_row(name, *errors(found)) for name, found in verdict.chain[: laws + 1]]
+    if before is not None:
+        rows[-1] = _row(rows[-1]["added"], *before[1:])
+    rows += [_row(*one) for one in tail]
+    for name, found in verdict.chain[laws + 1 :]:
         if name in instead:
-            rows[-1] |= {"held_out": held, "fit": fitted}
+            rows[-1] = _row(rows[-1]["added"], *errors(found))
         else:
-            rows.append({"added": name, "held_out": held, "fit": fitted})
+            rows.append(_row(name, *errors(found)))
     return {
         "floor": noise_share(takes, True),
         "before": rows[0]["held_out"],
         "after": rows[-1]["held_out"],
         "chain": rows,
     }
+
+
+def _row(name: str | None, held: float, fitted: float) -> dict:
+    return {"added": name, "held_out": held, "fit": fitted}
 
 
 def told_diagnosis(heard: Heard, verdict: Verdict, extra: dict) -> dict:

@@ -16,6 +16,7 @@ from .baseline import px_per_metre
 from .effects import TIME_EFFECTS, base_motion, lost_frames, tracker_drift
 from .effects.base import FINE, Effect
 from .law import TRUST, Law, TimeFit
+from .pair import across, crossed
 from .residual import misfit
 from .side_by_side import side_by_side
 from .simulate import COARSE
@@ -113,7 +114,7 @@ def _jumps(start: TimeFit, data) -> list[Effect]:
         more = [(when, round(g) * data.frame) for when, g in lost_frames.next_jumps(seen)]
         if not any(gain for _, gain in more):
             break
-        jumps = lost_frames.gathered(jumps, more)
+        jumps = lost_frames.gathered(jumps, more, data.frame)
         found = _with_jumps(start, jumps, data)
     for at in range(len(jumps)):
         for shift in (-2, -1, 1, 2):
@@ -123,6 +124,7 @@ def _jumps(start: TimeFit, data) -> list[Effect]:
             if better:
                 jumps, found = tuple(moved), better
                 break
+    jumps = lost_frames.gathered(jumps, (), data.frame)  # two that were moved together may be none
     if not jumps or not _sight(found, data).are_whole(jumps):
         return []
     return [lost_frames.lost(jumps, data.frame)]
@@ -157,7 +159,8 @@ def race(
     first = _unlike(effect, begins, promise)[:runners]
     law = _raced(start, effect)
     tries = [extend(start, (effect,), [begins[i]])[1] for i in first]
-    return best_fit(law, np.array(tries), HORIZONS if effect.marched else (1.0,))
+    found = best_fit(law, np.array(tries), HORIZONS if effect.marched else (1.0,))
+    return across(found) if effect.force else found
 
 
 def _raced(start: TimeFit, effect: Effect) -> Law:
@@ -239,7 +242,8 @@ def _tried(start: TimeFit, entries: list, *, runners: int) -> list:
         if packed is None:
             return None
         p, plainer = packed
-        return as_it_stands(_raced(start, entries[n][1]), p), plainer
+        law = _raced(start, entries[n][1])
+        return as_it_stands(law if len(p) == sum(law.sizes()) else crossed(law), p), plainer
 
     done = side_by_side(
         [partial(tried, *entry) for entry in entries],
@@ -266,9 +270,9 @@ def vetoed(found: TimeFit) -> bool:
 def outdone(found: TimeFit) -> bool:
     """Whether a plainer effect in the last one's place does as well."""
     effect = found.law.effects[-1]
-    if effect.rival is None:
+    plain = effect.rival and effect.rival(found)
+    if not plain:
         return False
-    plain = effect.rival(found)
     law, starts = swapped(found, plain, plain.starts(None, None)[:1])
     return fit(law, starts[0], evaluations=15).chi2 < found.chi2 + PROMISE
 

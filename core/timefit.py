@@ -16,7 +16,7 @@ from .law import Law, TimeFit, bounds, unpack
 from .linear_part import left_over, march, residuals, solve
 
 LAGS = 1.5  # of the best walk's misfit: one that is more off does not catch up
-SAME = 0.005  # of what its parameters may be: nearer the best walk, one is where that is
+SAME = 0.0005  # of what its parameters may be: nearer the best walk, one is where that is
 
 
 def _cut(law: Law, horizon: float) -> Law:
@@ -73,14 +73,14 @@ def best_fit(law: Law, starts: np.ndarray, horizons=(1.0,), evaluations: int = 1
 
 
 def _promising(walks: list, reach: np.ndarray) -> list:
-    """The best walk, and those that are neither far behind it nor where it is."""
-    best = min(walks, key=lambda walk: walk[2])
-    return [
+    """The best walk, and the next one that is neither far behind it nor where it is."""
+    best, *others = sorted(walks, key=lambda walk: walk[2])
+    near = [
         walk
-        for walk in walks
-        if walk is best
-        or (walk[2] < LAGS * best[2] and (np.abs(walk[0] - best[0]) > SAME * reach).any())
+        for walk in others
+        if walk[2] < LAGS * best[2] and (np.abs(walk[0] - best[0]) > SAME * reach).any()
     ]
+    return [best, *near[:1]]
 
 
 def as_it_stands(law: Law, p: np.ndarray) -> TimeFit:
@@ -256,6 +256,16 @@ def turned(found: TimeFit) -> TimeFit:
     outer = found.parameters[: sum(law.sizes()[:2])]
     inner = [t[0] for t in (*theta[:-2], *theta[:-3:-1])]
     return fit(law, np.concatenate([outer, *inner]), evaluations=3)
+
+
+def led(found: TimeFit) -> TimeFit:
+    """Fitted with its last effect before all the others, from where it stands."""
+    law, theta = found.law, found.theta
+    law = replace(law, effects=(law.effects[-1], *law.effects[:-1]))
+    outer = found.parameters[: sum(law.sizes()[:2])]
+    return fit(
+        law, np.concatenate([outer, *(t[0] for t in (theta[-1], *theta[:-1]))]), evaluations=3
+    )
 
 
 def instead(found: TimeFit, effect: Effect) -> TimeFit | None:

@@ -8,6 +8,7 @@ Source      Nayfeh and Mook, Nonlinear Oscillations (1979), 2.3.1 (quadratic), c
 
 import numpy as np
 
+from . import perspective
 from .base import Effect, Parameter
 
 
@@ -24,6 +25,11 @@ def report(theta, setting, shape):
     return {"ratio": (1 + b) / (1 - b)}
 
 
+def rival(found):
+    """A near camera, which the rest places show, makes a second harmonic of its own."""
+    return perspective.EFFECT if perspective.slope(found) else None
+
+
 EFFECT = Effect(
     name="asymmetric_stiffness",
     layer="time",
@@ -35,4 +41,5 @@ EFFECT = Effect(
     starts=lambda setting, residual: [(0.05, 1.3), (-0.05, 1.3), (0.3, 1.3), (-0.3, 1.3)],
     force=force,
     report=report,
+    rival=rival,
 )

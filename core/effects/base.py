@@ -50,8 +50,10 @@ class Setting:
     behind: float = 0.0  # m that the object's middle is further from the camera than its markers'
     pose: np.ndarray | None = None  # (C,) what swings, at the release; known once it is fitted
     pitch: float | None = None  # Hz of the first mode; known once it is fitted
+    slope: float | None = None  # 1/m, one over the camera's distance, where rest places show it
     steps: int = FINE  # of a march, per period of the first mode
     paired: bool = True  # the first mode has a degenerate partner that was not matched
+    gap: float | None = None  # relative, of that partner's pitch as computed; None: not known
 
     def able(self, couples: np.ndarray, spread: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(n,) levers of the places that `couples` (K - 1,) may be, and (n, K - 1) those places.
@@ -87,6 +89,8 @@ class Effect:
           State with u, v, t and the effect's own memory, which the hook updates
       acceleration(theta, setting, state) -> (B, K)   the same, spread over the modes by itself
       columns(theta, setting, time, u) -> (B, T, q)   motion with a free shape
+      beside(theta, omega, zeta, time) -> (B, T, q)   the same, of the modes' own pitches (B, K) as
+          they are fitted; it goes before `columns`
       clock(theta, setting, time) -> (B, T)           instants at which the model is seen
       delay(theta, setting, row) -> (B, C, T)         s, later sight of samples on rows (C, T)
       starts(setting, residual) -> list of theta      where the fit begins
@@ -110,6 +114,7 @@ class Effect:
     memory: int = 0  # numbers kept per simulated motion; -1 = one per mode
     begin: Callable | None = None  # (theta, setting, u) -> (B, memory), at release
     columns: Callable | None = None
+    beside: Callable | None = None
     channels: Callable | None = None  # (theta, setting, take) -> (C,) bool: who has the columns
     clock: Callable | None = None
     delay: Callable | None = None
@@ -118,7 +123,7 @@ class Effect:
     free: int = 0  # numbers that it takes from the record itself
     given: Callable | None = None  # (take index) -> (T, C), known motion taken off
     veto: Callable | None = None  # (TimeFit) -> why what was fitted is not this effect, or ""
-    rival: Callable | None = None  # (TimeFit) -> a plainer Effect that must do clearly worse
+    rival: Callable | None = None  # (TimeFit) -> a plainer Effect that must do worse, or None
     requires: Callable | None = None  # (setting, takes) -> reason why not, or ""
     change_model: Callable | None = None  # modal layer
     nothing: tuple[str, float] | None = None  # modal: the parameter, and its value without effect

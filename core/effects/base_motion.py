@@ -28,7 +28,7 @@ def common_motion(data, residual: np.ndarray) -> np.ndarray:
     for axis in np.unique(axes):
         on = np.flatnonzero(axes == axis)
         for c in on:
-            pool = [o for o in on if o != c and (data.support[o] or not some_support)]
+            pool = [o for o in on if data.support[o] or not (some_support or o == c)]
             if not pool:
                 continue
             weight = np.where(np.isnan(residual[:, pool]), 0, 1 / data.sigma[pool] ** 2)

@@ -38,12 +38,14 @@ def lost(jumps: tuple[tuple[float, float], ...], frame: float) -> Effect:
     )
 
 
-def gathered(jumps, more) -> tuple[tuple[float, float], ...]:
-    """Both lists of jumps as one, those at the same instant added up."""
+def gathered(jumps, more, frame: float) -> tuple[tuple[float, float], ...]:
+    """Both lists of jumps as one, those between the same two frames added up."""
     total = {}
     for when, gain in (*jumps, *more):
-        total[when] = total.get(when, 0.0) + gain
-    return tuple((when, gain) for when, gain in sorted(total.items()) if abs(gain) > 1e-9)
+        after = int(when / frame)  # instants are written rounded, so their sums differ
+        first, so_far = total.get(after, (when, 0.0))
+        total[after] = first, so_far + gain
+    return tuple(sorted((when, gain) for when, gain in total.values() if abs(gain) > 1e-9))
 
 
 def next_jumps(seen: "Sight") -> list[tuple[float, float]]:

@@ -11,7 +11,7 @@ from .base import Effect, companion, ring
 
 MOST = 2.5  # times the mode's own damping ratio
 NOTHING = 1.2  # misfit per sample
-SPREAD = 0.004  # relative: what meshing and an object's making split by
+SPREAD = 0.002  # relative: what meshing splits by
 
 
 def _split(found, k: int, gap: float) -> str:
@@ -57,4 +57,33 @@ def partner(k: int, gap: float = 0.0) -> Effect:
         ],
         columns=columns,
         veto=lambda found: _mimics(found, k, gap) or _runaway(found, k) or _split(found, k, gap),
+    )
+
+
+def crossing(k: int, gap: float = 0.0) -> Effect:
+    """The direction of a degenerate pair in which no force acts: it swings on freely.
+
+    It has the pitch and damping that mode `k` would have without the force, so that it mimics
+    nothing where both look alike from one side; theta = (split,), within what meshing makes.
+    """
+
+    def beside(theta, omega, zeta, time):
+        return ring(omega[:, [k]] * (1 + theta[:, :1]), zeta[:, [k]], time)
+
+    return Effect(
+        name=f"motion across mode {k + 1}",
+        layer="pair",
+        parameters=(),
+        twins=(),
+        settle="",
+        low=(-gap - SPREAD,),
+        high=(gap + SPREAD,),
+        starts=lambda setting, residual: [(gap,), (-gap,)] if gap > SPREAD else [(0.0,)],
+        columns=lambda theta, setting, time, u: beside(
+            theta,
+            np.tile(setting.omega, (len(theta), 1)),
+            np.tile(setting.zeta, (len(theta), 1)),
+            time,
+        ),
+        beside=beside,
     )

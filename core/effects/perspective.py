@@ -90,13 +90,24 @@ def columns(theta, setting, time, u):
     return u[:, :, first] * u[:, :, second] / setting.amplitude
 
 
+def _told(found) -> Nearness | None:
+    law = found.law
+    return nearness(law.takes[law.fitted[0]], found.coefficients[:, law.own * law.conditions])
+
+
+def slope(found) -> float | None:
+    """1/m, one over the camera's distance, where a fit's rest places show without doubt that it is
+    near.
+    """
+    told = _told(found)
+    return told.slope if told is not None and told.certain else None
+
+
 def veto(found):
     """The squares must follow the places in the picture as a near camera makes them."""
     setting, shape = found.law.setting, found.column_shapes()[-1]
-    law = found.law
-    offset = found.coefficients[:, law.own * law.conditions]
-    told = nearness(law.takes[law.fitted[0]], offset)
-    if setting.towards is None:
+    told = _told(found)
+    if setting.towards is None or (told is not None and told.certain):
         return ""
     seen, pattern = shape[:, 0], setting.towards
     power = np.linalg.norm(seen) * np.linalg.norm(pattern)
@@ -115,12 +126,14 @@ def requires(setting, takes):
 
 
 def report(theta, setting, shape):
-    """m: how near the camera must be for the squares to be as strong as they are."""
+    """m: as the rest places show it, or as near as the squares of the motion need it."""
+    if setting.slope:
+        return {"distance": 1 / setting.slope + setting.behind}
     if setting.towards is None:
         return {"distance": np.nan}
     seen = shape[:, 0] / setting.amplitude  # per m2 of u_1
-    slope = (setting.towards @ seen) / (setting.towards @ setting.towards)
-    return {"distance": 1 / slope + setting.behind if slope > 0 else np.nan}
+    need = (setting.towards @ seen) / (setting.towards @ setting.towards)
+    return {"distance": 1 / need + setting.behind if need > 0 else np.nan}
 
 
 EFFECT = Effect(

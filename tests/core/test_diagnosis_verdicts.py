@@ -275,3 +275,28 @@ def test_what_is_far_off_where_it_was_held_out_is_not_adequate(tmp_path):
     report = calibrate_case(tmp_path / "case.toml").report
     assert report["error"]["before"] > 4 * report["error"]["floor"]
     assert report["diagnosis"]["verdict"] != "adequate"
+
+
+@pytest.mark.slow
+def test_a_change_of_the_body_shows_beside_a_damping_that_nobody_declared(tmp_path):
+    make("graded_stiffness", 805, tmp_path)
+    case = tmp_path / "case.toml"
+    text = case.read_text()
+    assert 'declared = ["viscous_damping"]' in text
+    case.write_text(text.replace('declared = ["viscous_damping"]', "declared = []"))
+    report = calibrate_case(case).report
+    damping, graded = (e["name"] for e in report["diagnosis"]["effects"])
+    assert damping in ("viscous_damping", "structural_damping")
+    assert graded == "graded_stiffness"
+    chain = report["error"]["chain"]
+    assert [row["added"] for row in chain] == [None, damping, graded]
+    undamped, damped, all_told = (row["held_out"] for row in chain)
+    assert undamped > damped > 2 * all_told
+    assert all_told < 1.1 * report["error"]["floor"]
+
+
+@pytest.mark.slow
+def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path):
+    make("perspective", 940, tmp_path)
+    diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
+    assert [e["name"] for e in diagnosis["effects"]] == ["perspective"]

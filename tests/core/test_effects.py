@@ -9,7 +9,14 @@ import pytest
 
 from core import effects
 from core.case_schema import EFFECT_NAMES
-from core.effects import BY_NAME, TIME_EFFECTS, base_motion, graded_stiffness, relaxation
+from core.effects import (
+    BY_NAME,
+    TIME_EFFECTS,
+    base_motion,
+    graded_stiffness,
+    lost_frames,
+    relaxation,
+)
 from core.simulate import swing
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
 
@@ -87,3 +94,9 @@ def test_what_was_held_briefly_may_creep_more_than_it_showed():
     held = 0.5  # of its time: so much of the branch has let go by then
     assert most["ratio"] * (1 - np.exp(-held)) == pytest.approx(shown["ratio"])
     assert most["time"] * (1 + most["ratio"]) == pytest.approx(2.0)
+
+
+def test_jumps_that_cancel_are_none():
+    frame = 0.016667  # of 60 a second, as it is written
+    jumps = [(2.5 * frame, frame), (181.5 / 60, frame)]
+    assert lost_frames.gathered(jumps, [(181.5 * frame, -frame)], frame) == (jumps[0],)

@@ -25,6 +25,7 @@ from core.effects.base import FINE
 from core.foils import weakens
 from core.linear_part import solve
 from core.simulate import COARSE, swing
+from core.tell import parameters
 from core.time_layer import judge, race
 from core.timefit import best_fit, extend, fit, screen, sharp, turned
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
@@ -328,3 +329,23 @@ def test_computed_modes_that_change_places_are_matched_by_what_fits():
     assert first.modes == (0, 1)  # by the shape, though its pitch is the other's
     found = rematched(measured, values, shapes, None, first)
     assert found.modes == (0, 2) and found.chi2 < first.chi2
+
+
+def test_a_rubs_force_is_as_unsure_as_its_place_and_no_more():
+    found = declared(channels(moved(Rub(0.02, 0.01))))
+    levers = np.array([1.0, 0.5, 0.25, 0.2])
+    known = replace(found.law.setting, levers=levers, places=np.zeros((4, 0)), modal_mass=0.02)
+    found = raced(replace(found, law=replace(found.law, setting=known)), dry_friction.EFFECT)
+    told = parameters(found, 0)["force"]
+    low, high = told["ci95"]
+    at_tip = 0.02 * 0.02 * W**2 * AMPLITUDE
+    assert told["value"] == pytest.approx(at_tip, rel=0.1)
+    assert low < at_tip < at_tip / levers[-1] < high < 1.5 * at_tip / levers[-1]
+
+
+def test_a_marker_on_the_support_shows_its_own_shaking_too():
+    path = 0.3 * AMPLITUDE * np.sin(2 * np.pi * 1.3 * TIME)
+    noise = NOISE * np.random.default_rng(3).standard_normal((len(TIME), 4))
+    data = replace(channels(path[:, None] + noise), support=np.array([True, False, False, False]))
+    shared = base_motion.common_motion(data, data.values)
+    assert np.sqrt(np.mean((shared - path[:, None]) ** 2)) < 0.6 * NOISE

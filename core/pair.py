@@ -1,0 +1,54 @@
+"""The other direction of a degenerate pair, where a recording shows it."""
+
+import numpy as np
+
+from .effects.partner import crossing, partner
+from .law import Law, TimeFit, replace
+from .residual import NOISY
+from .timefit import best_fit, extend, led, without
+
+SHARE = 0.2  # of what is left that it must take: less may be what acts in time
+EVIDENCE = 20.0  # gain in BIC that it must bring
+QUICK = 8  # steps of a search that begins near its end
+
+
+def with_partner(found: TimeFit, k: int, gap: float) -> TimeFit:
+    """The fit with the partner of mode `k`, last among the effects, where it shows; else itself.
+
+    gap: how far, relatively, the computed pair lies apart by itself.
+    """
+    effect = partner(k, gap)
+    wider = _wider(found, effect)
+    return wider if _shows(wider, found) and not effect.veto(wider) else found
+
+
+def across(found: TimeFit) -> TimeFit:
+    """The fit of a force on a degenerate first mode with what swings across it, where that shows.
+
+    Turned to where the force acts, the pair is one mode that feels it and one that swings freely.
+    """
+    law = found.law
+    told = found.chi2 < NOISY * found.samples
+    if told or law.setting.gap is None or any(e.layer == "pair" for e in law.effects):
+        return found
+    wider = _wider(found, crossing(0, law.setting.gap), QUICK)
+    if not _shows(wider, found):
+        return found
+    wider = led(wider)
+    return wider if _shows(wider, without(wider, len(law.effects))) else found
+
+
+def crossed(law: Law) -> Law:
+    """The law that `across` may put in the place of one with a force as its last effect."""
+    return replace(law, effects=(crossing(0, law.setting.gap), *law.effects))
+
+
+def _wider(found: TimeFit, effect, evaluations: int = 20) -> TimeFit:
+    starts = effect.starts(found.law.setting, None)
+    tries = [extend(found, (effect,), [start]) for start in starts]
+    return best_fit(tries[0][0], np.array([p for _, p in tries]), evaluations=evaluations)
+
+
+def _shows(wider: TimeFit, found: TimeFit) -> bool:
+    price = (wider.unknowns - found.unknowns) * np.log(wider.samples) + EVIDENCE
+    return found.chi2 - wider.chi2 > max(price, SHARE * (found.chi2 - found.samples))

@@ -1,0 +1,51 @@
+"""A force on one direction of a degenerate pair, integrated here by another rule."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.effects import contact
+from core.pair import across, crossed
+from core.timefit import as_it_stands
+from tests.core.test_simulate import AMPLITUDE
+from tests.core.test_timefit import NOISE, SHAPE, TIME, Stop, W, channels, declared, moved, raced
+
+OTHER = np.array([0.8, 0.7, -0.1, 0.4])  # how the markers show the other direction
+
+
+def aslant(force, other=OTHER):
+    """(T, 4) a pair that is let go aslant to what acts on it."""
+    free = np.exp(-0.02 * W * TIME) * np.cos(W * np.sqrt(1 - 0.02**2) * TIME + 1.2)
+    return moved(force) + AMPLITUDE * np.outer(free, other)
+
+
+def paired(found):
+    """The same, of a body whose first mode has a partner that was not matched."""
+    setting = replace(found.law.setting, paired=True, gap=0.0)
+    return replace(found, law=replace(found.law, setting=setting))
+
+
+def test_what_a_pair_does_across_a_stop_is_told_from_the_stop():
+    found = declared(channels(aslant(Stop(0.5, 0.8))))
+    alone, both = raced(found, contact.ABOVE), raced(paired(found), contact.ABOVE)
+    assert alone.chi2 > 1.5 * alone.samples
+    assert both.chi2 < 1.15 * both.samples
+    gap = both.law.effects[-1].report(both.theta[-1][0], both.law.setting, None)["gap"]
+    assert gap == pytest.approx(0.5 * AMPLITUDE, rel=0.05)
+    again = as_it_stands(crossed(replace(alone.law, setting=both.law.setting)), both.parameters)
+    assert again.chi2 == pytest.approx(both.chi2)
+
+
+def test_nothing_is_taken_across_where_the_force_tells_all():
+    found = paired(declared(channels(moved(Stop(0.5, 0.8)))))
+    both = raced(found, contact.ABOVE)
+    assert [e.name for e in both.law.effects] == ["contact"]
+    assert across(both) is both
+
+
+def test_a_force_is_none_where_what_swings_across_tells_all_without_it():
+    still = TIME[:, None] * 0 + NOISE * np.random.default_rng(4).standard_normal((len(TIME), 4))
+    values = aslant(None, SHAPE) + still
+    found = raced(paired(declared(channels(values, 1.5 * NOISE))), contact.ABOVE)
+    assert not any(e.layer == "pair" for e in found.law.effects)
