@@ -106,12 +106,11 @@ def _gauges(rings, fitted, weights: np.ndarray) -> tuple[np.ndarray, ...]:
     return tuple(out.get(c, weights) for c in range(max(out) + 1))
 
 
-def with_body(law: Law, body, turn: np.ndarray) -> Law:
+def with_body(law: Law, data: Channels, body, turn: np.ndarray) -> Law:
     """The law told by the matched modes what a force on the body does to each of them.
 
-    turn (m, K): of the computed modes to the measured ones.
+    turn (m, K): of the computed modes to the measured ones, as the take `data` shows them.
     """
-    data = law.takes[law.fitted[0]]
     shapes, seen = body.modes.shapes @ turn, body.seen(data)
     unit = np.einsum("kc,kc->k", law.reference, turn.T @ seen)  # at the reference per q_k
     per_metre = shapes / unit

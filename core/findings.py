@@ -17,6 +17,7 @@ from .law import TimeFit
 from .modal_layer import Ground, Suspect, suspects
 from .report import estimate
 from .residual import errors
+from .sufficiency import ASTRAY, strays
 from .tell import inflation, parameters
 
 DOUBT = 1e-3  # chance below which pitches and shapes do not fit the declared body
@@ -76,7 +77,8 @@ def examine(heard: Heard, verdict: Verdict, stiff: np.ndarray, sigma: np.ndarray
     large = [one for one in seen if one.share >= MATERIAL]
     if not large:
         return replace(found, minor=tuple((o.effect["name"], o.share) for o in seen))
-    rows = [] if found.before or verdict.effects else [(None, *large[0].before)]
+    acts = len(verdict.effects) > verdict.laws
+    rows = [] if found.before or acts else [(None, *large[0].before)]
     return replace(
         found,
         verdict="explained" if found.verdict == "adequate" else found.verdict,
@@ -89,8 +91,8 @@ def examine(heard: Heard, verdict: Verdict, stiff: np.ndarray, sigma: np.ndarray
 
 def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     """Compare the final fit's pitches and shapes with the body's, and name what would mend them."""
-    softer, softest = _softer(verdict.final)
-    plain = Findings(verdict.verdict, [], [], [], [], stiffer=1 / softer, stiffest=1 / softest)
+    softer, least = _softer(verdict.final)
+    plain = Findings(verdict.verdict, [], [], [], [], stiffer=1 / softer, stiffest=1 / least)
     condition = heard.condition[verdict.final.law.fitted[0]]
     if heard.turns[condition] is None or verdict.verdict == "refused":
         return replace(plain, advice=[verdict.why] if verdict.why else [])
@@ -132,6 +134,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     best = good[0]
     outweighed = before[2] > OUTWEIGHS * free[1]
     clear = verdict.verdict != "unexplained" or outweighed
+    clear = clear and not strays(verdict.final, ASTRAY)
     found = "explained" if clear and leaves(with_it, before, free) <= LEFT else "unexplained"
     return replace(
         plain,

@@ -190,7 +190,7 @@ def _straightened(ground: Recorded, turns, index: int) -> Channels:
 def _gaps(modes, frequency: np.ndarray) -> dict[int, float]:
     """How far the computed partner of each matched degenerate mode lies from it, relatively."""
     return {
-        k: float(np.abs(np.delete(frequency, modes[k]) / frequency[modes[k]] - 1).min())
+        k: float(np.abs(np.delete(frequency, modes) / frequency[modes[k]] - 1).min())
         for k in turning(modes, frequency, 2 * PAIR)
     }
 

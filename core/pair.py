@@ -9,6 +9,8 @@ from .timefit import best_fit, extend, led, without
 
 SHARE = 0.2  # of what is left that it must take: less may be what acts in time
 EVIDENCE = 20.0  # gain in BIC that it must bring
+FORCE = 0.5  # of what that motion leaves, that the force must take to be one
+LEFT = 3.0  # misfit per sample: a free motion that leaves more may stand for anything
 QUICK = 8  # steps of a search that begins near its end
 
 
@@ -32,10 +34,12 @@ def across(found: TimeFit) -> TimeFit:
     if told or law.setting.gap is None or any(e.layer == "pair" for e in law.effects):
         return found
     wider = _wider(found, crossing(0, law.setting.gap), QUICK)
-    if not _shows(wider, found):
+    if wider.chi2 > LEFT * wider.samples or not _shows(wider, found):
         return found
     wider = led(wider)
-    return wider if _shows(wider, without(wider, len(law.effects))) else found
+    bare = without(wider, len(law.effects))  # what swings across may tell all by itself
+    gain, left = bare.chi2 - wider.chi2, bare.chi2 - bare.samples
+    return wider if gain > FORCE * left and _shows(wider, bare) else found
 
 
 def crossed(law: Law) -> Law:

@@ -90,7 +90,7 @@ def _informed(law: Law, ground: Recorded, matches, chosen):
         measured, _ = real_shapes(ring.amplitude)
         turns[c] = align(matches[c].modes, seen, bodies[c].modes.frequency, measured)
         if not told:
-            law = with_body(law, bodies[c], turns[c])
+            law = with_body(law, law.takes[i], bodies[c], turns[c])
             told = True
     return law, tuple(turns)
 

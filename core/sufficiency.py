@@ -25,7 +25,7 @@ def fails(declared: TimeFit) -> bool:
 
 
 def strays(found: TimeFit, much: float = FAR_OFF) -> bool:
-    """Whether what was held out is mispredicted by `much` more than noise."""
+    """Whether what was held out is mispredicted by `much` times its noise."""
     takes = found.law.takes
     return errors(found)[0] > much * noise_share(takes, True) > 0
 

@@ -12,6 +12,7 @@ from .import_tracks import foreign, tracks_of
 from .tracks_csv import Tracks, read_tracks
 
 ASTRAY = 2.0  # of the object's diagonal: no track of the object can be so far from its rest place
+HAIR = 0.2  # of a frame, by which a written instant may be off its own
 CLOCK_AGREES = 0.01  # relative: the column `time` against capture_fps
 
 
@@ -117,8 +118,9 @@ def _from_video(fields: dict, where: str, scene: Scene, progress) -> Recording:
 def _check_limits(recording: Recording, where: str) -> None:
     """Raises CaseError where start or stop is outside the recording."""
     first, last = recording.time[0], recording.time[-1]
+    hair = HAIR * (recording.time[1] - first)  # instants are written rounded
     for name, instant in (("start", recording.start), ("stop", recording.stop)):
-        if instant is not None and not first <= instant <= last + 1e-9:
+        if instant is not None and not first - hair <= instant <= last + hair:
             raise CaseError(
                 f"{where} {name} = {instant:g} s; it must be within the recording, {first:g} to "
                 f"{last:g} s. Correct it, or leave it out."

@@ -109,7 +109,7 @@ def parameters(found: TimeFit, index: int) -> dict:
         law.setting,
         pose=_pose(found),
         pitch=found.frequency[0],
-        slope=perspective.slope(found),
+        near=perspective.near(found),
     )
     a, b, _ = law.sizes()
     at = a + b + sum(len(t[0]) for t in found.theta[:index])
@@ -140,7 +140,7 @@ def parameters(found: TimeFit, index: int) -> dict:
         if not (isinstance(one, float | np.floating) and not np.isfinite(one))
     }
     spread = np.sqrt(np.diag(block))[len(effect.low) : len(theta)]
-    return _widened(told, _others(effect, theta, (setting, shape, spread)))
+    return _widened(told, units, _others(effect, theta, (setting, shape, spread)))
 
 
 def _others(effect, theta, known):
@@ -150,22 +150,24 @@ def _others(effect, theta, known):
     setting, shape, spread = known
     own = len(effect.low)
     if effect.alike is not None:
-        yield effect.alike(theta, setting, shape)
+        yield from effect.alike(theta, setting, shape)
     if effect.force:
         for lever, place in zip(*setting.able(theta[own:], spread), strict=True):
             there = replace(setting, levers=np.array([lever]), places=place[None])
             yield effect.report(np.r_[theta[:own], place], there, shape)
 
 
-def _widened(told: dict, others) -> dict:
+def _widened(told: dict, known: dict, others) -> dict:
     """The parameters with intervals that hold them as told in the `others`, equally unsure."""
     others, out = list(others), {}
     for name, one in told.items():
         out[name] = one
         if one["ci95"] is not None and one["value"]:
             changes = np.array([1.0, *(other[name] / one["value"] for other in others)])
-            ends = np.outer(one["ci95"], changes)
-            out[name] = estimate(one["value"], ends.min(), ends.max(), one["unit"])
+            ends = np.outer(one["ci95"], changes[np.isfinite(changes)])
+            low, high = (np.clip(end, known[name].low, known[name].high)
+                         for end in (ends.min(), ends.max()))  # fmt: skip
+            out[name] = estimate(one["value"], low, high, one["unit"])
     return out
 
 

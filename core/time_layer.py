@@ -132,7 +132,7 @@ def _jumps(start: TimeFit, data) -> list[Effect]:
 
 def _with_jumps(start: TimeFit, jumps, data) -> TimeFit:
     law, p = extend(start, (lost_frames.lost(jumps, data.frame),), [()])
-    return fit(law, p, evaluations=6)
+    return fit(law, p, evaluations=2)
 
 
 def _sight(found: TimeFit, data) -> lost_frames.Sight:

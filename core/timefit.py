@@ -15,6 +15,7 @@ from .effects.base import FINE, Effect
 from .law import Law, TimeFit, bounds, unpack
 from .linear_part import left_over, march, residuals, solve
 
+DONE, NEAR = 1e-5, 1e-2  # share of the misfit that a last step gains, at the end and on the way
 LAGS = 1.5  # of the best walk's misfit: one that is more off does not catch up
 SAME = 0.0005  # of what its parameters may be: nearer the best walk, one is where that is
 
@@ -66,7 +67,8 @@ def best_fit(law: Law, starts: np.ndarray, horizons=(1.0,), evaluations: int = 1
     for horizon in horizons:
         short = _cut(law, horizon)
         starts = [np.clip(_gauged(short, p), low + 1e-12, high - 1e-12) for p in starts]
-        walks = _promising(_descend(short, starts, (low, high), evaluations), high - low)
+        end = evaluations, DONE if horizon == horizons[-1] else NEAR
+        walks = _promising(_descend(short, starts, (low, high), end), high - low)
         starts = [p for p, _, _ in walks]
     p, jacobian, _ = min(walks, key=lambda walk: walk[2])
     return conclude(law, p, jacobian)
@@ -115,9 +117,12 @@ def _look(law: Law, places: list[np.ndarray], high: np.ndarray) -> list:
     return [(one[0], ((one[1:] - one[:1]) / m[:, None]).T) for one, m in zip(r, moves, strict=True)]
 
 
-def _descend(law: Law, starts, bounds, evaluations: int) -> list:
-    """(p, Jacobian, cost) where the search from every start ends; they go in step."""
-    searches = [_search(p, bounds, evaluations) for p in starts]
+def _descend(law: Law, starts, bounds, end: tuple[int, float]) -> list:
+    """(p, Jacobian, cost) where the search from every start ends; they go in step.
+
+    end: after how many looks, or when a look gains less than that share.
+    """
+    searches = [_search(p, bounds, end) for p in starts]
     asked = {i: next(search) for i, search in enumerate(searches)}
     ended = [None] * len(starts)
     while asked:
@@ -131,7 +136,7 @@ def _descend(law: Law, starts, bounds, evaluations: int) -> list:
     return ended
 
 
-def _search(p, bounds, evaluations: int):
+def _search(p, bounds, end: tuple[int, float]):
     """Levenberg-Marquardt within bounds (More, Lect. Notes Math. 630 (1978) 105): asks for the
     residuals and Jacobian at places, returns p, Jacobian, cost.
 
@@ -139,6 +144,7 @@ def _search(p, bounds, evaluations: int):
     unit diagonal they are well enough conditioned.
     """
     low, high = bounds
+    evaluations, enough = end
     r, jacobian = yield p
     cost, damping = r @ r, 1e-3
     for _ in range(evaluations):
@@ -156,7 +162,7 @@ def _search(p, bounds, evaluations: int):
         if after @ after < cost:
             gain, p, r, jacobian = cost - after @ after, trial, after, tangent
             cost, damping = r @ r, damping / 8
-            if gain < 1e-5 * cost + 0.05:
+            if gain < enough * cost + 0.05:
                 break
         else:
             damping *= 6
@@ -276,7 +282,7 @@ def instead(found: TimeFit, effect: Effect) -> TimeFit | None:
     law, starts = swapped(found, effect, [()])
     if (residuals(law, starts) ** 2).sum() >= found.chi2:
         return None
-    return fit(law, starts[0], evaluations=6)
+    return fit(law, starts[0], evaluations=2)
 
 
 def trajectories(found: TimeFit, time: np.ndarray) -> tuple[np.ndarray, list]:

@@ -14,6 +14,7 @@ AXES = {3: "xyz", 2: "uv"}
 FEWEST_FRAMES = 3
 MOST = {3: (1e6, "m"), 2: (1e9, "px")}  # by number of axes: beyond it, no camera saw it
 LONGEST = 1e9  # s
+WRITTEN = range(2, 8)  # decimals that instants may be written to
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +141,26 @@ def _check_time(path: Path, time: np.ndarray, rows) -> np.ndarray:
             f"{path.name}, line {rows[k][0]}: the time {time[k]:g} s comes after {time[k - 1]:g} s;"
             " it must grow from row to row. Sort the rows, drop doubled ones."
         )
-    return time
+    return unrounded(time)
+
+
+def unrounded(time: np.ndarray) -> np.ndarray:
+    """Instants (T,) s as the frames' own where only how they were written sets them off these.
+
+    A step of 1/60 s written to the millisecond would shake a motion by more than its noise.
+    """
+    if len(time) < 3:
+        return time
+    for digits in WRITTEN:
+        written = np.round(time, digits)
+        if np.abs(written - time).max() < 1e-9:
+            break
+    else:
+        return time
+    frame = np.cumsum(np.r_[0, np.maximum(np.round(np.diff(time) / np.median(np.diff(time))), 1)])
+    even = np.polyval(np.polyfit(frame, time, 1), frame)
+    off = np.abs(even - time).max()
+    return even if 1e-9 < off <= 0.51 * 10.0**-digits else time
 
 
 def _check_samples(path: Path, values: np.ndarray, names: tuple[str, ...]) -> None:

@@ -25,11 +25,6 @@ def report(theta, setting, shape):
     return {"ratio": (1 + b) / (1 - b)}
 
 
-def rival(found):
-    """A near camera, which the rest places show, makes a second harmonic of its own."""
-    return perspective.EFFECT if perspective.slope(found) else None
-
-
 EFFECT = Effect(
     name="asymmetric_stiffness",
     layer="time",
@@ -41,5 +36,5 @@ EFFECT = Effect(
     starts=lambda setting, residual: [(0.05, 1.3), (-0.05, 1.3), (0.3, 1.3), (-0.3, 1.3)],
     force=force,
     report=report,
-    rival=rival,
+    rival=perspective.instead,
 )

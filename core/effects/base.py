@@ -50,7 +50,7 @@ class Setting:
     behind: float = 0.0  # m that the object's middle is further from the camera than its markers'
     pose: np.ndarray | None = None  # (C,) what swings, at the release; known once it is fitted
     pitch: float | None = None  # Hz of the first mode; known once it is fitted
-    slope: float | None = None  # 1/m, one over the camera's distance, where rest places show it
+    near: object | None = None  # a camera's Nearness, where the rest places show it without doubt
     steps: int = FINE  # of a march, per period of the first mode
     paired: bool = True  # the first mode has a degenerate partner that was not matched
     gap: float | None = None  # relative, of that partner's pitch as computed; None: not known
@@ -96,8 +96,8 @@ class Effect:
       starts(setting, residual) -> list of theta      where the fit begins
       report(theta, setting, shape) -> {name: value}   the contract's parameters; shape (C, q) is
           how strongly each channel shows the columns
-      alike(theta, setting, shape) -> {name: value}   the same, as far from that as what a recording
-          cannot show lets it be
+      alike(theta, setting, shape) -> [{name: value}, ...]   the same, as far from that as what a
+          recording cannot show lets it be
     """
 
     name: str

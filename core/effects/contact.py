@@ -8,6 +8,7 @@ Source      Shaw and Holmes, J. Sound Vib. 90 (1983) 129: a periodically forced 
 
 import numpy as np
 
+from . import perspective
 from .base import Effect, Parameter
 
 LEAST_GAP = 0.02  # of the amplitude
@@ -48,6 +49,7 @@ def _variant(side):
         sudden=True,
         veto=veto,
         report=report,
+        rival=perspective.instead,
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from .base import Effect, Parameter
 
 MOST = 6  # jumps that are looked for; a recording with more is not worth mending
-SURE = 30.0  # least gain in chi2 of one more jump
+SURE = 30.0  # least gain in chi2 of one more jump, over the misfit per sample
 EDGE = 4  # samples at either end that cannot tell
 WHOLE = 0.3  # frames by which what is left of a jump may differ from none
 
@@ -51,6 +51,7 @@ def gathered(jumps, more, frame: float) -> tuple[tuple[float, float], ...]:
 def next_jumps(seen: "Sight") -> list[tuple[float, float]]:
     """Instants (s) and lengths (frames, not yet whole) of the jumps that a residual shows."""
     chosen, gains, left = [], np.zeros(0), seen.residual
+    least = SURE * max(float(np.mean(left**2)), 1.0)  # misfit beyond noise is coloured
     while len(chosen) < MOST:
         score = np.cumsum((left * seen.step).sum(axis=1)[::-1])[::-1] ** 2
         score = np.where(
@@ -58,7 +59,7 @@ def next_jumps(seen: "Sight") -> list[tuple[float, float]]:
         )
         score[:EDGE] = score[-EDGE:] = 0
         at = int(np.argmax(score))
-        if score[at] < SURE or at in chosen:
+        if score[at] < least or at in chosen:
             break
         chosen.append(at)
         gains, left = seen.gains(chosen)

@@ -23,6 +23,7 @@ MOST = 0.8  # share of the markers' misplacement that a near camera must take
 CLOSEST = 3.0  # times the depth's spread that the camera is away at least
 DOUBTFUL = 4.0  # standard deviations
 ALIKE = 0.5  # least cosine between the squares' pattern and a near camera's
+SURE = 1.96  # standard deviations of a 95 % interval
 FAINT = 0.3  # of the slope that the squares say, below which the rest places deny it
 NEAREST = 20.0  # amplitudes: no camera is nearer
 
@@ -95,12 +96,16 @@ def _told(found) -> Nearness | None:
     return nearness(law.takes[law.fitted[0]], found.coefficients[:, law.own * law.conditions])
 
 
-def slope(found) -> float | None:
-    """1/m, one over the camera's distance, where a fit's rest places show without doubt that it is
-    near.
-    """
+def near(found) -> Nearness | None:
+    """What a fit's rest places say, where they show without doubt that the camera is near."""
     told = _told(found)
-    return told.slope if told is not None and told.certain else None
+    return told if told is not None and told.certain else None
+
+
+def instead(found):
+    """What an effect must do better than where the camera is near: it makes overtones by itself."""
+    told = any(effect.name == EFFECT.name for effect in found.law.effects)
+    return EFFECT if not told and near(found) else None
 
 
 def veto(found):
@@ -113,10 +118,10 @@ def veto(found):
     power = np.linalg.norm(seen) * np.linalg.norm(pattern)
     if power == 0 or seen @ pattern < ALIKE * power:
         return "the squares have another pattern"
-    near = report((), setting, shape)["distance"]
-    if told is not None and told.slope + DOUBTFUL * told.sigma < FAINT / near:
+    distance = report((), setting, shape)["distance"]
+    if told is not None and told.slope + DOUBTFUL * told.sigma < FAINT / distance:
         return "the rest places show no near camera"
-    return "" if near > NEAREST * setting.amplitude else "the camera would be inside the object"
+    return "" if distance > NEAREST * setting.amplitude else "the camera would be inside the object"
 
 
 def requires(setting, takes):
@@ -127,13 +132,21 @@ def requires(setting, takes):
 
 def report(theta, setting, shape):
     """m: as the rest places show it, or as near as the squares of the motion need it."""
-    if setting.slope:
-        return {"distance": 1 / setting.slope + setting.behind}
+    if setting.near:
+        return {"distance": 1 / setting.near.slope + setting.behind}
     if setting.towards is None:
         return {"distance": np.nan}
     seen = shape[:, 0] / setting.amplitude  # per m2 of u_1
     need = (setting.towards @ seen) / (setting.towards @ setting.towards)
     return {"distance": 1 / need + setting.behind if need > 0 else np.nan}
+
+
+def alike(theta, setting, shape):
+    """The rest places leave the distance open by their own error."""
+    if not setting.near:
+        return []
+    ends = setting.near.slope + SURE * setting.near.sigma * np.array([-1.0, 1.0])
+    return [{"distance": 1 / end + setting.behind} for end in ends]
 
 
 EFFECT = Effect(
@@ -147,4 +160,5 @@ EFFECT = Effect(
     requires=requires,
     veto=veto,
     report=report,
+    alike=alike,
 )

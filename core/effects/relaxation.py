@@ -44,7 +44,7 @@ def report(theta, setting, shape):
 
 def alike(theta, setting, shape):
     """What was not held for long has crept but a part of its way."""
-    return _told(theta, report(theta, setting, shape)["ratio"] / (1 - np.exp(-SHORT)))
+    return [_told(theta, report(theta, setting, shape)["ratio"] / (1 - np.exp(-SHORT)))]
 
 
 def _told(theta, ratio):

@@ -30,7 +30,7 @@ def veto(found):
     at, own = len(found.parameters) - len(theta), found.covariance
     variance = own[at, at] + own[0, 0] - 2 * own[at, 0]  # of the split: logarithms of pitches
     spread = np.sqrt(max(variance * max(found.chi2 / found.samples, 1.0), 0.0))
-    if split - FAINT * spread < SPREAD:
+    if split - FAINT * spread < SPREAD + (found.law.setting.gap or 0.0):
         return "both may have one pitch"
     return "" if _other_way(found, theta[1]) else companion(found, 0)
 

@@ -64,8 +64,8 @@ def alike(theta, setting, shape):
     if setting.support is not None:
         clear = np.linalg.svd(setting.support(told["frequency"]), compute_uv=False)
         if len(clear) == 3 and clear[2] > UNSEEN * clear[0]:
-            return told
-    return told | {"amplitude": told["amplitude"] / HIDDEN}
+            return []
+    return [told | {"amplitude": told["amplitude"] / HIDDEN}]
 
 
 def rival(found):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from core.errors import CaseError
-from core.tracks_csv import read_tracks
+from core.tracks_csv import read_tracks, unrounded
 
 GOOD = ["time,b.x,b.y,b.z,a.x,a.y,a.z"] + [f"{k / 50},{k},2,3,4,{k}.5,6" for k in range(5)]
 
@@ -92,3 +92,18 @@ def test_a_wrong_table_is_refused_by_row_and_column(read, lines, words):
         read(lines)
     for word in ["tracks.csv", *words]:
         assert word in str(caught.value), str(caught.value)
+
+
+@pytest.mark.parametrize("rate", [24, 59.94, 240])
+@pytest.mark.parametrize("digits", [3, 4, 6])
+def test_instants_that_were_written_rounded_are_the_frames_own(rate, digits):
+    frame = np.delete(np.arange(400), [37, 38, 200])  # three were lost
+    even = 0.25 + frame / rate
+    assert np.abs(unrounded(np.round(even, digits)) - even).max() < 2e-4 / rate + 1e-5
+
+
+def test_instants_that_are_uneven_stay_as_they_are():
+    time = np.round(np.cumsum(np.random.default_rng(1).uniform(0.03, 0.05, 200)), 3)
+    assert np.array_equal(unrounded(time), time)
+    exact = np.arange(100) / 120
+    assert np.array_equal(unrounded(exact), exact)

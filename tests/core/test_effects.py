@@ -89,7 +89,7 @@ def test_what_was_held_briefly_may_creep_more_than_it_showed():
     theta, pose = np.array([np.log(2.0)]), np.array([1.0, 2.0])
     plain = replace(setting(), pose=pose)
     shown = relaxation.report(theta, plain, 0.3 * pose[:, None])
-    most = relaxation.alike(theta, plain, 0.3 * pose[:, None])
+    (most,) = relaxation.alike(theta, plain, 0.3 * pose[:, None])
     assert shown == {"ratio": pytest.approx(0.3), "time": pytest.approx(2.0 / 1.3)}
     held = 0.5  # of its time: so much of the branch has let go by then
     assert most["ratio"] * (1 - np.exp(-held)) == pytest.approx(shown["ratio"])
