@@ -25,6 +25,7 @@ from core.effects.base import FINE
 from core.foils import weakens
 from core.linear_part import solve
 from core.simulate import COARSE, swing
+from core.sufficiency import ENOUGH, sufficient
 from core.tell import parameters
 from core.time_layer import judge, race
 from core.timefit import best_fit, extend, fit, screen, sharp, turned
@@ -349,3 +350,15 @@ def test_a_marker_on_the_support_shows_its_own_shaking_too():
     data = replace(channels(path[:, None] + noise), support=np.array([True, False, False, False]))
     shared = base_motion.common_motion(data, data.values)
     assert np.sqrt(np.mean((shared - path[:, None]) ** 2)) < 0.6 * NOISE
+
+
+@pytest.mark.parametrize(("off", "is_enough"), [(4.0, True), (6.0, False)])
+def test_what_is_held_out_and_five_times_the_noise_away_is_not_explained(off, is_enough):
+    before = declared(channels(moved(Stop(0.5, 0.8))))
+    found = raced(before, contact.ABOVE)
+    held = ~found.law.takes[0].fit
+    astray = found.predicted[0] + off * NOISE * held[:, None]
+    told = judge(("contact",), replace(found, predicted=(astray,)), before)
+    nearly_all = replace(told, held_share=0.98)
+    assert sufficient(nearly_all, ENOUGH) is is_enough
+    assert sufficient(nearly_all, ENOUGH, nearly=True)
