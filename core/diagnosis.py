@@ -142,7 +142,6 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     beam = sorted([*strong, *doubtful], key=lambda c: -c.evidence)
     found = _polished(pairs(declared, beam), declared, widen)
     both = _stand([c for c in found if sufficient(c, ENOUGH_BOTH)])
-    nearly = _stand([c for c in found if sufficient(c, ENOUGH_BOTH, nearly=True)])
     if both and is_broken(declared, both[0]):
         return Verdict("unexplained", chain, (), (), ranked, ())
     least = strong[0].evidence if strong else 0.0
@@ -158,6 +157,7 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
         )
     if both:
         return _two(chain, both, ranked, able)
+    nearly = _stand([c for c in found if sufficient(c, ENOUGH_BOTH, nearly=True)])
     if nearly and beats_single(nearly[0], strong, over):
         return replace(_two(chain, nearly, ranked, able), verdict="unexplained")
     partial = [c for c in strong[:1] if c.share > 0.3 and not c.held_share < 0.3]

@@ -165,9 +165,8 @@ def _widened(told: dict, known: dict, others) -> dict:
         if one["ci95"] is not None and one["value"]:
             changes = np.array([1.0, *(other[name] / one["value"] for other in others)])
             ends = np.outer(one["ci95"], changes[np.isfinite(changes)])
-            low, high = (np.clip(end, known[name].low, known[name].high)
-                         for end in (ends.min(), ends.max()))  # fmt: skip
-            out[name] = estimate(one["value"], low, high, one["unit"])
+            ends = np.clip(ends, known[name].low, known[name].high)
+            out[name] = estimate(one["value"], ends.min(), ends.max(), one["unit"])
     return out
 
 

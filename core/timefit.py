@@ -257,21 +257,21 @@ def swapped(found: TimeFit, effect: Effect, thetas: list) -> tuple[Law, np.ndarr
 
 def turned(found: TimeFit) -> TimeFit:
     """Fitted with its last two effects in the other order, from where it stands."""
-    law, theta = found.law, found.theta
-    law = replace(law, effects=(*law.effects[:-2], *law.effects[:-3:-1]))
-    outer = found.parameters[: sum(law.sizes()[:2])]
-    inner = [t[0] for t in (*theta[:-2], *theta[:-3:-1])]
-    return fit(law, np.concatenate([outer, *inner]), evaluations=3)
+    *first, one, other = range(len(found.theta))
+    return _in_order(found, (*first, other, one))
 
 
 def led(found: TimeFit) -> TimeFit:
     """Fitted with its last effect before all the others, from where it stands."""
+    *others, last = range(len(found.theta))
+    return _in_order(found, (last, *others))
+
+
+def _in_order(found: TimeFit, order: tuple[int, ...]) -> TimeFit:
     law, theta = found.law, found.theta
-    law = replace(law, effects=(law.effects[-1], *law.effects[:-1]))
     outer = found.parameters[: sum(law.sizes()[:2])]
-    return fit(
-        law, np.concatenate([outer, *(t[0] for t in (theta[-1], *theta[:-1]))]), evaluations=3
-    )
+    law = replace(law, effects=tuple(law.effects[i] for i in order))
+    return fit(law, np.concatenate([outer, *(theta[i][0] for i in order)]), evaluations=3)
 
 
 def instead(found: TimeFit, effect: Effect) -> TimeFit | None:

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.stats import f as f_law
 
+from ..dac import SURE
 from .base import Effect, Parameter
 
 POSE = 6  # numbers of an orthographic camera that is put a little wrong
@@ -23,7 +24,6 @@ MOST = 0.8  # share of the markers' misplacement that a near camera must take
 CLOSEST = 3.0  # times the depth's spread that the camera is away at least
 DOUBTFUL = 4.0  # standard deviations
 ALIKE = 0.5  # least cosine between the squares' pattern and a near camera's
-SURE = 1.96  # standard deviations of a 95 % interval
 FAINT = 0.3  # of the slope that the squares say, below which the rest places deny it
 NEAREST = 20.0  # amplitudes: no camera is nearer
 
