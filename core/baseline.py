@@ -11,7 +11,9 @@ from .elasticity import surface_quadrature
 from .law import Law
 
 SKIN = 100  # points of the surface at which drag is summed
-PLACES = 48  # where a force may sit
+PLACES = 48  # where a force may sit, in each direction
+WAYS = (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0)  # of another mode's direction to one of the first's
+ALONG = 0.87  # cosine from which two modes move a place along one line
 
 
 def real_shapes(amplitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -197,17 +199,46 @@ def _towards(data: Channels, body, per_metre: np.ndarray) -> np.ndarray | None:
 
 
 def _places(moved: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(Q, K - 1) couples and (Q,) levers of places far apart in how they share in the modes."""
+    """(Q, K - 1) couples and (Q,) levers of places far apart in how they share in the modes.
+
+    A force acts along mode 1 there, first those far apart, or between it and another mode.
+    """
     direction = moved[:, :, 0] / np.maximum(first, 1e-300)[:, None]
-    along = np.einsum("qi,qik->qk", direction, moved)
-    able = along[:, 0] > 0.1 * along[:, 0].max()
-    couples, levers = along[able, 1:] / along[able, :1], along[able, 0]
+    couples, levers = _shares(moved, direction)
     if not couples.size:
         return np.zeros((0, moved.shape[2] - 1)), np.zeros(0)
     if not couples.shape[1]:  # one mode does not tell where: the body's whole range
         return np.zeros((PLACES, 0)), np.quantile(levers, np.linspace(1, 0, PLACES))
+    some = _spread_out(couples, levers)  # searches begin there
+    whole = [(couples[some], levers[some])]
+    for k in range(1, moved.shape[2]):
+        other = moved[:, :, k] / np.maximum(np.linalg.norm(moved[:, :, k], axis=1), 1e-300)[:, None]
+        free = np.abs(np.einsum("qi,qi->q", direction, other)) < ALONG
+        free &= first > 0  # a held point has no direction
+        for way in WAYS if free.any() else ():
+            between = direction[free] + way * other[free]
+            size = np.linalg.norm(between, axis=1)
+            couples, levers = _shares(moved[free], between / size[:, None])
+            if couples.size:
+                some = _spread_out(np.c_[couples, levers], levers)
+                whole.append((couples[some], levers[some]))
+    return np.vstack([c for c, _ in whole]), np.concatenate([v for _, v in whole])
+
+
+def _shares(moved: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(n, K - 1) couples and (n,) levers of those places that move along `direction` (q, 3)."""
+    along = np.einsum("qi,qik->qk", direction, moved)
+    along = along * np.where(along[:, :1] < 0, -1.0, 1.0)  # a line has no sign
+    able = along[:, 0] > 0.1 * along[:, 0].max()
+    return along[able, 1:] / along[able, :1], along[able, 0]
+
+
+def _spread_out(where: np.ndarray, levers: np.ndarray) -> list[int]:
+    """Indices of places far apart in `where` (n, p), from that with the longest lever on."""
     chosen, gap = [int(np.argmax(levers))], np.inf
     while len(chosen) < PLACES:
-        gap = np.minimum(gap, ((couples - couples[chosen[-1]]) ** 2).sum(axis=1))
+        gap = np.minimum(gap, ((where - where[chosen[-1]]) ** 2).sum(axis=1))
+        if not gap.max() > 0:
+            break
         chosen.append(int(np.argmax(gap)))
-    return couples[chosen], levers[chosen]
+    return chosen

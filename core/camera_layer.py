@@ -97,9 +97,9 @@ def _near(heard: Heard, verdict: Verdict) -> list[Seen]:
     if near is None or not near.certain:
         return []
     behind = final.law.setting.behind
-    distance, low, high = (
-        1 / max(near.slope + way * SURE * near.sigma, 1e-9) + behind for way in (0, 1, -1)
-    )
+    (known,) = perspective.EFFECT.parameters
+    half = SURE * np.hypot(near.sigma, known.form * near.slope)
+    distance, low, high = (1 / max(near.slope + way * half, 1e-9) + behind for way in (0, 1, -1))
     told = {
         "name": "perspective",
         "parameters": {"distance": estimate(distance, low, high, "m")},

@@ -18,8 +18,9 @@ from .effects import DAMPING
 from .foils import is_broken, weakens
 from .forgotten import more_modes
 from .law import TimeFit
-from .residual import NOISY, QUIET, excess
+from .residual import NOISY, QUIET, excess, misfit
 from .sufficiency import (
+    AHEAD,
     ENOUGH,
     ENOUGH_BOTH,
     beats_single,
@@ -31,8 +32,9 @@ from .sufficiency import (
     strays,
     sufficient,
 )
-from .time_layer import EVIDENCE, MATERIAL, NEARLY, Candidate, judge, pairs, singles, vetoed
+from .time_layer import EVIDENCE, MATERIAL, NEARLY, Candidate, judge, singles, vetoed
 from .timefit import sharp, turned
+from .together import pairs
 
 WEAK = 0.05  # of the motion, rms: more than that is no forgotten weak mode
 RIVALS = 3  # single effects of which a second one is sought
@@ -225,8 +227,9 @@ def _add_second(chain, strong: list[Candidate], ranked, over: float) -> Verdict:
     is there may show only beside the right companion.
     """
     best, more = strong[0], []
-    if excess(best.found) > MATERIAL and best.found.chi2 > NOISY * best.found.samples:
-        left = best.found.chi2 - best.found.samples  # no pair can gain more than this over the best
+    more_left = excess(best.found) > MATERIAL and best.found.chi2 > NOISY * best.found.samples
+    if more_left or strays(best.found, AHEAD):
+        left = _left(best.found)  # no pair can gain more than this over the best
         tries = []
         for first in [c for c in strong[:RIVALS] if c.evidence >= best.evidence - left]:
             more = singles(first.found, first.names, most=4)
@@ -247,6 +250,12 @@ def _add_second(chain, strong: list[Candidate], ranked, over: float) -> Verdict:
         elif gained(best.found, c.found) < MATERIAL:
             minor = ((c.names[-1], gained(best.found, c.found)),)
     return Verdict("explained", chain, effects, twins, ranked, minor)
+
+
+def _left(found: TimeFit) -> float:
+    """Misfit beyond noise, where it was fitted and held out."""
+    ahead, count = misfit(found.law.takes, found.predicted, True)
+    return max(found.chi2 - found.samples, 0.0) + max(ahead - count, 0.0)
 
 
 def _two(chain, both: list[Candidate], ranked, able: list[Candidate]) -> Verdict:

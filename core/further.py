@@ -6,23 +6,26 @@ from .baseline import real_shapes
 from .body import Body
 from .channels import Channels
 from .data import RingDown, poles
-from .effects.further_mode import STRAY, further_mode
+from .effects.further_mode import further_mode, is_a_mode
 from .harmonic_inversion import invert
 from .law import TimeFit
-from .match import HARMONIC, SPLIT, Match, has_twin, mac
+from .match import ACROSS, HARMONIC, SPLIT, Match, has_twin, mac
 from .residual import QUIET
 from .timefit import extend, fit
 
 APART = 0.03  # relative, from every known pitch
 BESIDE = 0.25  # relative, from the strongest mode: nearer, what acts in time makes lines too
+PARTED = 0.003  # the same, of a pair that a load on the body parts
 TWIN = 0.25  # the same from a mode whose degenerate partner was not matched
 NEAR = 0.1  # of a computed pitch, that a mode beside the strongest one has
 SAME = 0.7  # MAC with the strongest mode above which it mimics what acts in time
 LOWEST = 0.9  # of the body's lowest pitch
 ALIKE = (0.3, 3.0)  # damping ratio over that of the known modes
 BODILY = 0.8  # share of its shape within those of the body's low modes
+NEARLY, SURE = 0.05, 0.9  # of a computed pitch, and MAC: a mode even where an overtone would lie
 SPAN = 12  # of them
-QUIETLY = 1.3  # misfit per held-out sample up to which a ring-down tells all of a take
+QUIETLY = 1.3  # misfit per sample, held out too, up to which a ring-down tells all of a take
+LEFT, LOUDEST = 0.02, 3.0  # of the misfit of the matched modes, and that, up to which it may rise
 EVIDENCE = 20.0  # gain in BIC of each
 ROUNDS = 2
 
@@ -48,13 +51,14 @@ def with_further(
             all_told = (
                 _told(found, take, match, body, rings[index]) if rings and not attempt else []
             )
-            effects += [further_mode(f, z) for f, z in all_told or _poles(found, take, match, body)]
+            heard = all_told or _poles(found, take, match, body)
+            effects += [further_mode(f, z, found.law.loaded_alike(take)) for f, z in heard]
         if not effects:
             break
         place = len(found.law.effects) if at is None else at
         wider = _fitted(found, effects, place)
         kept = [e for e, theta in zip(effects, wider.theta[place:], strict=False)
-                if abs(theta[0][0]) < 0.98 * STRAY and 2e-4 < theta[0][1] < 0.38]  # fmt: skip
+                if is_a_mode(e, theta[0])]  # fmt: skip
         if kept and len(kept) < len(effects):
             wider = _fitted(found, kept, place)
         price = (wider.unknowns - found.unknowns) * np.log(wider.samples)
@@ -74,8 +78,8 @@ def _told(
 ) -> list[tuple[float, float]]:
     """(Hz, damping ratio) of the unmatched poles of a ring-down that tells all of a take.
 
-    Empty where it leaves more than noise, in the held-out part too, or where one of them is no
-    mode of a body.
+    Empty where it leaves more than noise, or than a trifle of what the matched modes leave, in the
+    held-out part too, or where one of them is no mode of a body.
     """
     law = found.law
     data: Channels = law.takes[law.fitted[take]]
@@ -87,17 +91,24 @@ def _told(
         for p, a in zip(poles(ring.frequency, ring.damping_ratio), ring.amplitude, strict=True)
     )
     left = ((data.values - told - ring.offset) / data.sigma)[:, on]
-    if np.nanmean(left[data.fit] ** 2) > QUIETLY or (
-        not data.fit.all() and np.nanmean(left[~data.fit] ** 2) > QUIETLY
-    ):
-        return []
+    unmatched = (data.values - found.predicted[law.fitted[take]]) / data.sigma
+    for part in (data.fit, ~data.fit):
+        if part.any() and np.nanmean(left[part] ** 2) > max(
+            QUIETLY, min(LOUDEST, 1 + LEFT * np.nanmean(unmatched[part][:, on] ** 2))
+        ):
+            return []
     own = _pitches(law, found.parameters, take)
     usual = np.median(found.damping_ratio)
     paired = has_twin(match.modes, body.modes.frequency)
+    loaded = bool(data.take.loads) and len({law.pitch[i] for i in law.fitted}) > 1
+    apart = np.abs(np.log(ring.frequency[:, None] / own))
+    theirs = apart.argmin(axis=0)  # the pole of each mode that is fitted
     out = []
-    for f, z, amplitude in zip(ring.frequency, ring.damping_ratio, ring.amplitude, strict=True):
-        apart = np.abs(np.log(f / own))
-        if apart.min() < APART or (paired and apart[0] < SPLIT):
+    for n, (f, z, amplitude) in enumerate(
+        zip(ring.frequency, ring.damping_ratio, ring.amplitude, strict=True)
+    ):
+        parted = loaded and n not in theirs and apart[n].min() > PARTED  # a pair, by the load
+        if not parted and (apart[n].min() < APART or (paired and apart[n, 0] < SPLIT)):
             continue
         shape = real_shapes(amplitude[None])[0][0][on]
         if not (
@@ -132,6 +143,10 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
     for f, z, amplitude in zip(ring.frequency, ring.damping_ratio, ring.amplitude, strict=True):
         shape = real_shapes(amplitude[None])[0][0]
         bodily = float(((q.T @ shape) ** 2).sum() / (shape @ shape))
+        beyond_doubt = mac(shape, found.shapes[0, on]) < ACROSS and any(
+            abs(np.log(f / scale / body.modes.frequency[j])) < NEARLY and mac(shape, seen[j]) > SURE
+            for j in free
+        )
         if (
             f > LOWEST * scale * body.modes.frequency[0]
             and ALIKE[0] * usual < z < ALIKE[1] * usual
@@ -148,7 +163,7 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
                 abs(np.log(f / own[0])) > BESIDE
                 or any(abs(np.log(f / scale / body.modes.frequency[j])) < NEAR for j in free)
             )
-            and _clear(f, known, TWIN if paired else APART)
+            and _clear(f, known, TWIN if paired else APART, beyond_doubt)
         ):
             out.append((float(f), float(z)))
             known.append(f)
@@ -161,11 +176,15 @@ def _pitches(law, p: np.ndarray, take: int) -> np.ndarray:
     return np.exp(p[at : at + law.modes])
 
 
-def _clear(f: float, known: list, apart: float) -> bool:
-    """Whether a pitch is none of the known ones, nor an overtone or a combination of them."""
+def _clear(f: float, known: list, apart: float, beyond_doubt: bool) -> bool:
+    """Whether a pitch is none of the known ones, nor an overtone or a combination of them that is
+    not `beyond_doubt` a mode of the body too.
+    """
     first = known[0]
     if abs(np.log(f / first)) < apart or any(abs(np.log(f / k)) < APART for k in known):
         return False
+    if beyond_doubt:
+        return True
     overtones = [n * k for n in (2, 3) for k in known[:2]]
     sums = [abs(a + sign * b) for a in known[:2] for b in known[:2] for sign in (1, -1) if a != b]
     return all(abs(f - t) > HARMONIC * f for t in overtones) and all(

@@ -177,6 +177,10 @@ def _with_all(settled: tuple, body: Body, condition: int, rings: tuple):
     gaps = _gaps(first.modes, computed)
     setting = replace(free.law.setting, paired=has_twin(first.modes, computed), gap=gaps.get(0))
     free = replace(free, law=replace(free.law, setting=setting))
+    # what other loads part hides what belongs to one take
+    if len({free.law.pitch[i] for i in free.law.fitted}) > 1:
+        free = with_further(free, first, body, rings)
+        return _with_partners(free, gaps), turns, first
     free = _with_partners(free, gaps)
     return with_further(free, first, body, rings), turns, first
 

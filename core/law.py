@@ -50,6 +50,14 @@ class Law:
         """Takes that take part in the fit."""
         return [i for i, t in enumerate(self.takes) if not t.take.held_out]
 
+    def loaded_alike(self, fitted: int) -> tuple:
+        """The takes with the loads of that fitted one; none where all have the same."""
+        own = self.pitch[self.fitted[fitted]]
+        if len({self.pitch[i] for i in self.fitted}) == 1:
+            return ()
+        pairs = zip(self.takes, self.pitch, strict=True)
+        return tuple(data.take for data, pitch in pairs if pitch == own)
+
     def sizes(self) -> tuple[int, int, int]:
         """Numbers of parameters for pitch and damping, starts, effects."""
         inner = sum(len(bounds(e, self.modes)[0]) for e in self.effects)

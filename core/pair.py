@@ -17,9 +17,10 @@ QUICK = 8  # steps of a search that begins near its end
 def with_partner(found: TimeFit, k: int, gap: float) -> TimeFit:
     """The fit with the partner of mode `k`, last among the effects, where it shows; else itself.
 
-    gap: how far, relatively, the computed pair lies apart by itself.
+    gap: how far, relatively, the computed pair lies apart by itself. Where takes carry different
+    loads, the partner is that of the first one's body.
     """
-    effect = partner(k, gap)
+    effect = partner(k, gap, found.law.loaded_alike(0))
     wider = _wider(found, effect)
     return wider if _shows(wider, found) and not effect.veto(wider) else found
 

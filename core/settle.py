@@ -9,8 +9,8 @@ from .body import Body
 from .channels import Channels
 from .data import RingDown, poles, replace
 from .law import Law, TimeFit
-from .match import Match, align, likeness, select, turning
-from .residual import NOISY
+from .match import Match, align, is_driven, likeness, select, turning
+from .residual import NOISY, QUIET
 from .shutter import at_once
 from .timefit import as_it_stands, fit
 from .unheard import neighbours
@@ -37,7 +37,8 @@ def settle(ground: Recorded, chosen: list[RingDown], matches: dict[int, Match], 
     `tied`: as `Law.tied`.
 
     A pole that runs off when all are fitted together was no mode of the body: it takes up some
-    slow or strongly damped motion that a physical effect must explain.
+    slow or strongly damped motion that a physical effect must explain. Nor is one that does not
+    die away while the first mode does.
     """
     while True:
         first = matches[ground.condition[ground.fitted[0]]]
@@ -49,7 +50,7 @@ def settle(ground: Recorded, chosen: list[RingDown], matches: dict[int, Match], 
         law, start = build_law(chosen, ground.takes, apart, ground.condition)
         law, turns = _informed(law, ground, matches, chosen)
         law = replace(law, turning=turns_too, damping="free", tied=tied)
-        found = fit(law, start, evaluations=60)
+        found = _once_more(fit(law, start, evaluations=60), start)
         strayed = astray(found, chosen[0].frequency, chosen[0].damping_ratio)
         if not strayed.any():
             return found, turns, matches
@@ -61,11 +62,28 @@ def settle(ground: Recorded, chosen: list[RingDown], matches: dict[int, Match], 
         }
 
 
+def _once_more(found: TimeFit, start: np.ndarray) -> TimeFit:
+    """The fit, or a better one from the pitches that were heard, with the swings that it found.
+
+    Two modes close together trade their swings, which are badly known at the start, for pitches.
+    """
+    near = _to_nearest(found.frequency) < CLOSE
+    if found.law.tied or not near.any() or found.chi2 < QUIET * found.samples:
+        return found
+    at = found.law.sizes()[0]
+    again = fit(found.law, np.r_[start[:at], found.parameters[at:]], evaluations=40)
+    return min(found, again, key=lambda one: one.chi2)
+
+
 def astray(found: TimeFit, heard: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """(K,) bool: modes that have left the pitch (Hz) or damping ratio that they were heard at."""
+    """(K,) bool: modes that have left the pitch (Hz) or damping ratio that they were heard at, or
+    that no longer die away while the first one does.
+    """
     away = np.abs(np.log(found.frequency / heard))
     strayed = (away > STRAY) | (away > np.maximum(_to_nearest(found.frequency), CLOSE))
     strayed |= found.damping_ratio > np.maximum(MUCH, 2 * z)
+    pole = poles(found.frequency, found.damping_ratio)
+    strayed |= is_driven(pole, found.law.setting.duration, pole[:1])
     strayed[0] = False
     return strayed
 

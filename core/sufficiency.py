@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .effects.further_mode import ran_off
 from .law import TimeFit
 from .residual import NOISY, errors, excess, misfit, noise_share
 from .time_layer import MATERIAL, Candidate, judge, refuted
@@ -15,6 +16,7 @@ SECOND_SIZE = 0.25  # of the declared fit's excess, rms, that a second effect mu
 SECOND, SECOND_HELD = 0.6, 0.5  # share of what the first leaves that a second must take
 NEARLY_ALL = 0.97  # share of the excess where what was held out is still far off
 ASTRAY = 5.0  # times its noise, from which a held-out prediction is no explanation
+AHEAD = 1.5  # times its noise, from which what a first effect leaves ahead shows a second one
 FAR_OFF = 2.0  # times its noise, from which a held-out error is that of something not modelled
 
 
@@ -71,7 +73,8 @@ def one_of(declared: TimeFit, both: TimeFit, over: float, least: float) -> Candi
     for dropped, kept in ((-2, -1), (-1, -2)):
         alone = without(both, len(effects) + dropped)
         one = judge((effects[kept].name,), alone, declared)
-        if one.evidence <= least or not sufficient(one, ENOUGH):
+        strayed = ran_off(alone) and not ran_off(both)
+        if one.evidence <= least or strayed or not sufficient(one, ENOUGH):
             continue
         pair = judge((effects[kept].name, effects[dropped].name), both, alone)
         if not (refuted(alone) or counts_second(one, pair, over)):
@@ -82,9 +85,14 @@ def one_of(declared: TimeFit, both: TimeFit, over: float, least: float) -> Candi
 def counts_second(first: Candidate, second: Candidate, over: float) -> bool:
     """Whether a second effect is material, and takes most of what the first leaves.
 
-    It may be small beside the first where it leaves nothing but noise, held out too.
+    It may be small beside the first where it leaves nothing but noise, held out too. Where the
+    first tells what was fitted and is off ahead, what mends that counts, however little it is.
     """
     size = gained(first.found, second.found)
+    ahead = strays(first.found, AHEAD) and not fails(second.found)
+    quiet = first.found.chi2 < NOISY * first.found.samples
+    if ahead and quiet and second.held_share >= ENOUGH_BOTH:
+        return True
     if not (size >= MATERIAL and second.share >= SECOND) or second.held_share < SECOND_HELD:
         return False
     nothing = second.found.chi2 < NOISY * second.found.samples and not fails(second.found)

@@ -93,8 +93,9 @@ def _damping(found: TimeFit, name: str) -> dict:
     out = {}
     for parameter in law.EFFECT.parameters:
         value, spread = law.report(found, sigma)[parameter.name]
-        low = np.maximum(value - SURE * spread, parameter.low)
-        out[parameter.name] = estimate(value, low, value + SURE * spread, parameter.unit)
+        half = SURE * np.hypot(spread, parameter.form * value)
+        low = np.maximum(value - half, parameter.low)
+        out[parameter.name] = estimate(value, low, value + half, parameter.unit)
     return out
 
 

@@ -4,7 +4,6 @@
 2. an effect counts when the evidence is strong (BIC), when it is material, when it accounts for
    most of what was left, and when it also predicts what was held out
 3. one that does nearly as well as the best is its twin
-4. pairs are searched from a beam of the best singles, so that neither masks the other
 """
 
 from dataclasses import dataclass, replace
@@ -20,12 +19,21 @@ from .pair import across, crossed
 from .residual import misfit
 from .side_by_side import side_by_side
 from .simulate import COARSE
-from .timefit import as_it_stands, best_fit, extend, fit, instead, screen, swapped, turned
+from .timefit import (
+    as_it_stands,
+    best_fit,
+    extend,
+    fit,
+    instead,
+    modes_freed,
+    screen,
+    swapped,
+    with_modes_held,
+)
 
 EVIDENCE = 20.0  # least gain in BIC (Kass and Raftery 1995 call 10 very strong)
 MATERIAL = 0.005  # least share of the motion's RMS
 NEARLY = 0.80  # of the best one's gain makes a twin
-BEAM = 4
 PROMISE = 8.0  # least gain in chi2 that a score test must see before an effect is fitted
 SETTLED = 0.95  # share of the excess from which what comes later gets one start only
 BEGUN = 7  # places that a fit begins from: the marker and the six farthest apart on the body
@@ -73,11 +81,20 @@ def _taken(found: TimeFit, start: TimeFit, held: bool) -> float:
     return float((before - max(after, 0)) / max(over, 1e-9))
 
 
-def proposals(start: TimeFit) -> list[Effect]:
-    """All effects that this recording can show, those made from its residual included."""
+def able(start: TimeFit, effects) -> list[Effect]:
+    """Those of the effects that this recording can show and that are not there yet."""
     law = start.law
-    declared = {e.name for e in law.effects}
-    out = list(TIME_EFFECTS)
+    there = {e.name for e in law.effects}
+    return [
+        e
+        for e in effects
+        if e.name not in there and not (e.requires and e.requires(law.setting, law.takes))
+    ]
+
+
+def read_off(start: TimeFit) -> list[Effect]:
+    """Effects that are made from what a fit leaves."""
+    law, out = start.law, []
     data = law.takes[law.fitted[0]]
     residual = data.values - start.predicted[law.fitted[0]]
     if len(np.unique(data.marker[~data.support])) >= 3:
@@ -85,7 +102,8 @@ def proposals(start: TimeFit) -> list[Effect]:
             t.values - p if p is not None else 0 * t.values
             for t, p in zip(law.takes, start.predicted, strict=True)
         )
-        out += tracker_drift.propose(law.takes, left, law.fitted[0])
+        swings = law.setting.duration * law.setting.omega[0] / (2 * np.pi)
+        out += tracker_drift.propose(law.takes, left, law.fitted[0], swings)
     if len(law.fitted) == 1 and np.isfinite(residual).all(axis=1).sum() > 12:
         out += _jumps(start, data)
     if _common_is_possible(start, data):
@@ -93,17 +111,12 @@ def proposals(start: TimeFit) -> list[Effect]:
             base_motion.common_motion(t, t.values - p) if p is not None else 0 * t.values
             for t, p in zip(law.takes, start.predicted, strict=True)
         )
-        size = np.sqrt(np.nanmean(shared[law.fitted[0]] ** 2) * data.take.recording.values.shape[2])
         free = int(data.fit.sum()) * data.take.recording.values.shape[2]
-        rms = float(size / px_per_metre(data))
+        rms = base_motion.size(data, residual) / px_per_metre(data)
         out.append(base_motion.shaken(shared, rms, free))
         if data.support.any() and len(law.takes) == 1:
             out.append(base_motion.shaken(shared, rms, free, base_motion.support_path(data)))
-    return [
-        e
-        for e in out
-        if e.name not in declared and not (e.requires and e.requires(law.setting, law.takes))
-    ]
+    return out
 
 
 def _jumps(start: TimeFit, data) -> list[Effect]:
@@ -156,22 +169,25 @@ def race(
     start: TimeFit, effect: Effect, begins: list, promise: np.ndarray, *, runners: int = RUNNERS
 ) -> TimeFit:
     """The best fit of `start` with `effect`, from the most promising of its starting places."""
-    first = _unlike(effect, begins, promise)[:runners]
-    law = _raced(start, effect)
-    tries = [extend(start, (effect,), [begins[i]])[1] for i in first]
-    found = best_fit(law, np.array(tries), HORIZONS if effect.marched else (1.0,))
+    first = unlike(effect, begins, promise)[:runners]
+    still = with_modes_held(start)
+    tries = [extend(still, (effect,), [begins[i]])[1] for i in first]
+    found = best_fit(raced(still, effect), np.array(tries), HORIZONS if effect.marched else (1.0,))
+    if still is not start:
+        found = modes_freed(found, raced(start, effect), start)
     return across(found) if effect.force else found
 
 
-def _raced(start: TimeFit, effect: Effect) -> Law:
-    law = replace(start.law, effects=(*start.law.effects, effect))
+def raced(start: TimeFit, *effects: Effect) -> Law:
+    """The law of `start` with `effects`, as they are searched for."""
+    law = replace(start.law, effects=(*start.law.effects, *effects))
     # with misfit beyond noise a weight in noise units would be too weak
     trust = TRUST * max(np.sqrt(start.chi2 / start.samples), 1.0)
     steps = FINE if any(e.sudden for e in law.effects) else COARSE
     return replace(law, trust=trust, setting=replace(start.law.setting, steps=steps))
 
 
-def _unlike(effect: Effect, begins: list, promise: np.ndarray) -> list[int]:
+def unlike(effect: Effect, begins: list, promise: np.ndarray) -> list[int]:
     """The most promising starting places first, of each strength only the best place on the body:
     the search moves a place more easily than it turns a law round.
     """
@@ -184,13 +200,13 @@ def _unlike(effect: Effect, begins: list, promise: np.ndarray) -> list[int]:
     return out
 
 
-def _entries(start: TimeFit):
-    """(promise, effect, begins) of all that this recording can show, best first."""
+def entries(start: TimeFit, effects) -> list[tuple[np.ndarray, Effect, list]]:
+    """(promise, effect, where it begins) of those that this recording can show, best first."""
     index = start.law.fitted[0]
     data = start.law.takes[index]
     residual = (data.time[data.fit], (data.values - start.predicted[index])[data.fit])
     out, places = [], start.law.setting.places[:BEGUN]
-    for effect in proposals(start):
+    for effect in able(start, effects):
         begins = effect.starts(start.law.setting, residual)
         if effect.force:
             begins = [(*b, *place) for b in begins for place in places]
@@ -201,11 +217,15 @@ def _entries(start: TimeFit):
 
 
 def singles(
-    start: TimeFit, before: tuple[str, ...] = (), against: TimeFit | None = None, most: int = 10
+    start: TimeFit,
+    before: tuple[str, ...] = (),
+    against: TimeFit | None = None,
+    most: int = 10,
 ) -> list[Candidate]:
     """The best candidate of every name that a score test promises something, best first."""
     best = {}
-    chosen = _chosen(_entries(start), most)
+    effects = [*TIME_EFFECTS, *read_off(start)]
+    chosen = _chosen(entries(start, effects), most)
     first = len(chosen) if before else AT_ONCE
     for some in (chosen[:first], chosen[first:]):
         settled = any(c.share > SETTLED for c in best.values())
@@ -218,11 +238,11 @@ def singles(
     return sorted(best.values(), key=lambda c: -c.evidence)
 
 
-def _chosen(entries: list, most: int) -> list:
-    """The entries of the `most` names that a score test promises something, best first."""
+def _chosen(raced_for: list, most: int) -> list:
+    """The `entries` of the `most` names that a score test promises something, best first."""
     names, out = set(), []
-    least = max([PROMISE, *(0.01 * promise.max() for promise, _, _ in entries[:1])])
-    for promise, effect, begins in entries:
+    least = max([PROMISE, *(0.01 * promise.max() for promise, _, _ in raced_for[:1])])
+    for promise, effect, begins in raced_for:
         if promise.max() < least and not effect.clock:  # that may show where it was not fitted
             continue
         if effect.name in names or len(names) < most:
@@ -231,8 +251,8 @@ def _chosen(entries: list, most: int) -> list:
     return out
 
 
-def _tried(start: TimeFit, entries: list, *, runners: int) -> list:
-    """(name, fit or None where it is vetoed, whether it is outdone) of every entry."""
+def _tried(start: TimeFit, chosen: list, *, runners: int) -> list:
+    """(name, fit or None where it is vetoed, whether it is outdone) of everyone `chosen`."""
 
     def tried(promise, effect, begins):
         found = race(start, effect, begins, promise, runners=runners)
@@ -242,17 +262,17 @@ def _tried(start: TimeFit, entries: list, *, runners: int) -> list:
         if packed is None:
             return None
         p, plainer = packed
-        law = _raced(start, entries[n][1])
+        law = raced(start, chosen[n][1])
         return as_it_stands(law if len(p) == sum(law.sizes()) else crossed(law), p), plainer
 
     done = side_by_side(
-        [partial(tried, *entry) for entry in entries],
+        [partial(tried, *entry) for entry in chosen],
         pack=lambda one: one and (one[0].parameters, one[1]),
         unpack=unpack,
     )
     return [
         (effect.name, *(one or (None, False)))
-        for (_, effect, _), one in zip(entries, done, strict=True)
+        for (_, effect, _), one in zip(chosen, done, strict=True)
     ]
 
 
@@ -275,23 +295,3 @@ def outdone(found: TimeFit) -> bool:
         return False
     law, starts = swapped(found, plain, plain.starts(None, None)[:1])
     return fit(law, starts[0], evaluations=15).chi2 < found.chi2 + PROMISE
-
-
-def pairs(start: TimeFit, ranked: list[Candidate]) -> list[Candidate]:
-    """Candidates of two effects, from a beam of the best singles, best evidence first.
-
-    One that was outdone alone may yet be there beside another, where nothing plainer does as well.
-    """
-    best = {}
-    for single in ranked[:BEAM]:
-        if single.evidence < EVIDENCE:
-            break
-        for candidate in singles(single.found, single.names, start, 4):
-            if candidate.found.chi2 > single.found.chi2:
-                continue  # more freedom cannot fit worse: the search went astray
-            if candidate.outdone or (single.outdone and outdone(turned(candidate.found))):
-                continue
-            key = tuple(sorted(candidate.names))
-            if key not in best or candidate.evidence > best[key].evidence:
-                best[key] = candidate
-    return sorted(best.values(), key=lambda c: -c.evidence)

@@ -12,9 +12,11 @@ import numpy as np
 
 from .ahead import ahead
 from .effects.base import FINE, Effect
+from .effects.further_mode import held, is_further
 from .law import Law, TimeFit, bounds, unpack
 from .linear_part import left_over, march, residuals, solve
 
+FREED = 4  # looks of a fit whose further modes were held so far
 DONE, NEAR = 1e-5, 1e-2  # share of the misfit that a last step gains, at the end and on the way
 LAGS = 1.5  # of the best walk's misfit: one that is more off does not catch up
 SAME = 0.0005  # of what its parameters may be: nearer the best walk, one is where that is
@@ -63,26 +65,31 @@ def fit(law: Law, start: np.ndarray, horizons=(1.0,), evaluations: int = 10) -> 
 
 def best_fit(law: Law, starts: np.ndarray, horizons=(1.0,), evaluations: int = 10) -> TimeFit:
     """The best that `fit` finds from any of `starts` (S, p), all searched at once."""
+    p, jacobian, _ = walked(law, starts, horizons, evaluations)[0]
+    return conclude(law, p, jacobian)
+
+
+def walked(law: Law, starts, horizons, evaluations: int, most: int = 2) -> list:
+    """(p, Jacobian, cost) of the best searches from `starts`, `most` at most, best first."""
     low, high = _bounds(law)
     for horizon in horizons:
         short = _cut(law, horizon)
         starts = [np.clip(_gauged(short, p), low + 1e-12, high - 1e-12) for p in starts]
-        end = evaluations, DONE if horizon == horizons[-1] else NEAR
-        walks = _promising(_descend(short, starts, (low, high), end), high - low)
+        end = evaluations, DONE if horizon == 1.0 else NEAR
+        walks = _promising(_descend(short, starts, (low, high), end), high - low, most)
         starts = [p for p, _, _ in walks]
-    p, jacobian, _ = min(walks, key=lambda walk: walk[2])
-    return conclude(law, p, jacobian)
+    return walks
 
 
-def _promising(walks: list, reach: np.ndarray) -> list:
-    """The best walk, and the next one that is neither far behind it nor where it is."""
+def _promising(walks: list, reach: np.ndarray, most: int) -> list:
+    """The best walk, and next ones that are neither far behind it nor where a better one is."""
     best, *others = sorted(walks, key=lambda walk: walk[2])
-    near = [
-        walk
-        for walk in others
-        if walk[2] < LAGS * best[2] and (np.abs(walk[0] - best[0]) > SAME * reach).any()
-    ]
-    return [best, *near[:1]]
+    out = [best]
+    for walk in others:
+        apart = all((np.abs(walk[0] - one[0]) > SAME * reach).any() for one in out)
+        if walk[2] < LAGS * best[2] and apart and len(out) < most:
+            out.append(walk)
+    return out
 
 
 def as_it_stands(law: Law, p: np.ndarray) -> TimeFit:
@@ -183,8 +190,17 @@ def sharp(found: TimeFit) -> TimeFit:
 def screen(found: TimeFit, effect: Effect, thetas: list) -> np.ndarray:
     """Gain in chi2 that each start promises: a score test off the fitted law's tangents (n,).
 
-    The residual's change by the effect at `theta`, without what the fitted parameters can take
-    up, scaled as it likes (Rao, Linear Statistical Inference, 1973, 6e).
+    The residual's change by the effect, scaled as it likes (Rao, Linear Statistical Inference,
+    1973, 6e).
+    """
+    change = changes(found, effect, thetas)
+    power = (change**2).sum(axis=1)
+    return (change @ found.residuals) ** 2 / np.where(power > 0, power, np.inf)
+
+
+def changes(found: TimeFit, effect: Effect, thetas: list) -> np.ndarray:
+    """(n, R) change of the residuals by the effect at each of `thetas`, without what the fitted
+    parameters can take up.
     """
     law, _ = extend(found, (effect,), [thetas[0]])
     P = np.vstack([np.r_[found.parameters, np.asarray(theta, float)] for theta in thetas])
@@ -192,9 +208,7 @@ def screen(found: TimeFit, effect: Effect, thetas: list) -> np.ndarray:
     change = residuals(_cut(law, 1.0), np.clip(P, low, high)) - found.residuals
     scale = np.linalg.norm(found.jacobian, axis=0)
     q, _ = np.linalg.qr(found.jacobian / np.where(scale > 0, scale, 1.0))
-    change = change - (change @ q) @ q.T
-    power = (change**2).sum(axis=1)
-    return (change @ found.residuals) ** 2 / np.where(power > 0, power, np.inf)
+    return change - (change @ q) @ q.T
 
 
 def conclude(law: Law, p: np.ndarray, jac: np.ndarray) -> TimeFit:
@@ -253,6 +267,31 @@ def swapped(found: TimeFit, effect: Effect, thetas: list) -> tuple[Law, np.ndarr
     law = replace(found.law, effects=(*found.law.effects[:-1], effect))
     outer = found.parameters[: len(found.parameters) - len(found.theta[-1][0])]
     return law, np.array([np.r_[outer, theta] for theta in thetas])
+
+
+def with_modes_held(found: TimeFit) -> TimeFit:
+    """The fit with its further modes kept at their pitches and damping ratios; itself without any.
+
+    Only where to start from: its covariance and Jacobian are those of the fit.
+    """
+    law = found.law
+    if not any(is_further(e) for e in law.effects):
+        return found
+    pairs = [(e, theta[0]) for e, theta in zip(law.effects, found.theta, strict=True)]
+    outer = found.parameters[: sum(law.sizes()[:2])]
+    effects = tuple(held(e, theta) if is_further(e) else e for e, theta in pairs)
+    p = np.concatenate([outer, *(theta for e, theta in pairs if not is_further(e))])
+    return replace(found, law=replace(law, effects=effects), parameters=p)
+
+
+def modes_freed(found: TimeFit, law: Law, start: TimeFit) -> TimeFit:
+    """The fit by `law`, with all free, of what began with the further modes of `start` held."""
+    own = iter(theta[0] for e, theta in zip(start.law.effects, start.theta, strict=True)
+               if is_further(e))  # fmt: skip
+    outer = found.parameters[: sum(found.law.sizes()[:2])]
+    pairs = zip(found.law.effects, found.theta, strict=True)
+    inner = [next(own) if is_further(e) else theta[0] for e, theta in pairs]
+    return fit(law, np.concatenate([outer, *inner]), evaluations=FREED)
 
 
 def turned(found: TimeFit) -> TimeFit:

@@ -54,14 +54,14 @@ def coverage(truth: dict, effects: list) -> tuple[int, int]:
     for effect in effects:
         planted = truth["parameters"].get(effect["name"], {})
         for key, found in effect["parameters"].items():
-            true = planted.get(key)
-            if not isinstance(true, (int, float)) or "ci95" not in found:
+            true = np.atleast_1d(planted.get(key))
+            if true.dtype.kind not in "if" or "ci95" not in found:
                 continue
             if np.ndim(found["value"]) or found["ci95"] is None:
                 continue
             low, high = found["ci95"]
             total += 1
-            inside += bool(low <= true <= high)
+            inside += bool(((low <= true) & (true <= high)).any())
     return inside, total
 
 

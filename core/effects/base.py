@@ -73,10 +73,14 @@ class Setting:
         return (self.omega[0] / (2 * np.pi * self.pitch)) ** 2 if self.pitch else 1.0
 
     def lever(self, couples: np.ndarray) -> float:
-        """Motion, over the reference's in mode 1, of the known place nearest to `couples`."""
-        if not len(self.levers):
-            return 1.0
-        return float(self.levers[np.argmin(((self.places - couples) ** 2).sum(axis=1))])
+        """Motion, over the reference's in mode 1, that the known places which `couples` may be have
+        in the mean, each counted by its own: what hardly moves is hardly rubbed. Where one mode
+        tells nothing of the place, that of the one that moves most.
+        """
+        if not len(self.levers) or not len(couples):
+            return float(self.levers.max(initial=0.0)) or 1.0
+        levers, _ = self.able(couples, np.zeros(len(couples)))
+        return float((levers**2).sum() / levers.sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,6 +187,13 @@ def ring(omega: np.ndarray, zeta: np.ndarray, time: np.ndarray) -> np.ndarray:
     phase = omega * np.sqrt(1 - zeta**2) * time
     fall = np.exp(-zeta * omega * time)
     return np.stack([fall * np.cos(phase), fall * np.sin(phase)], axis=2)
+
+
+def of_takes(takes: tuple):
+    """The hook `channels` of a motion that only the body in these takes (Take) has, where others
+    carry other loads; None where all takes have it.
+    """
+    return (lambda setting, data: np.full(len(data.sigma), data.take in takes)) if takes else None
 
 
 def companion(found, k: int) -> str:

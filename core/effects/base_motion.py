@@ -40,6 +40,24 @@ def common_motion(data, residual: np.ndarray) -> np.ndarray:
     return shared
 
 
+def size(data, residual: np.ndarray) -> float:
+    """rms of what the markers share, all axes together, without the noise in it; of the support's
+    markers where there are.
+    """
+    pool = data.support if data.support.any() else np.ones(len(data.marker), bool)
+    axes = np.concatenate([np.arange((data.marker == m).sum()) for m in np.unique(data.marker)])
+    power = 0.0
+    for axis in np.unique(axes):
+        on = pool & (axes == axis)
+        weight = np.where(np.isnan(residual[:, on]), 0, 1 / data.sigma[on] ** 2)
+        whole = weight.sum(axis=1)
+        known = whole > 0
+        if known.any():
+            shared = np.nansum(residual[:, on] * weight, axis=1)[known] / whole[known]
+            power += max(np.var(shared) - np.mean(1 / whole[known]), 0.0)
+    return float(np.sqrt(power))
+
+
 def clear(path: np.ndarray, variance: float) -> np.ndarray:
     """(T,) a path without what is but noise of that `variance`; gaps (NaN) are bridged.
 

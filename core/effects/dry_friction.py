@@ -21,7 +21,7 @@ def force(theta, setting, state):
 
 
 def report(theta, setting, shape):
-    """N at the marker that moves most; a rub elsewhere is as much larger as it moves less."""
+    """N where the rub most likely sits; elsewhere it is as much larger as the place moves less."""
     stiffness = setting.modal_mass * setting.omega[0] ** 2
     return {"force": theta[0] * stiffness * setting.amplitude / setting.lever(theta[2:])}
 

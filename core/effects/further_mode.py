@@ -6,15 +6,23 @@ Looks like  an overtone or a combination tone when its pitch happens to be there
 Source      Ewins, Modal Testing (2000), 4.4: residual modes
 """
 
+from dataclasses import replace
+
 import numpy as np
 
-from .base import Effect, ring
+from .base import Effect, of_takes, ring
 
 STRAY = 0.05  # relative, that its pitch may move
+LIGHT, DAMPED = 1e-4, 0.4  # damping ratio, at least and at most
+TIMES = 3.0  # what it was heard with, that its damping ratio may be
+LAYER = "mode"
 
 
-def further_mode(frequency: float, damping_ratio: float) -> Effect:
-    """The mode heard at `frequency` Hz; theta = (log of its pitch over that, damping ratio)."""
+def further_mode(frequency: float, damping_ratio: float, takes: tuple = ()) -> Effect:
+    """The mode heard at `frequency` Hz; theta = (log of its pitch over that, damping ratio).
+
+    takes: see `of_takes`.
+    """
 
     def columns(theta, setting, time, u):
         omega = 2 * np.pi * frequency * np.exp(theta[:, 0])[:, None]
@@ -22,12 +30,44 @@ def further_mode(frequency: float, damping_ratio: float) -> Effect:
 
     return Effect(
         name=f"mode at {frequency:.3g} Hz",
-        layer="mode",
+        layer=LAYER,
         parameters=(),
         twins=(),
         settle="",
-        low=(-STRAY, 1e-4),
-        high=(STRAY, 0.4),
+        low=(-STRAY, LIGHT),
+        high=(STRAY, float(np.clip(TIMES * damping_ratio, 3 * LIGHT, DAMPED))),
         starts=lambda setting, residual: [(0.0, damping_ratio)],
         columns=columns,
+        channels=of_takes(takes),
+    )
+
+
+def held(effect: Effect, theta: np.ndarray) -> Effect:
+    """A further mode kept at `theta` (2,), so that only its shape is fitted."""
+    return replace(
+        effect,
+        low=(),
+        high=(),
+        starts=lambda setting, residual: [()],
+        columns=lambda own, setting, time, u: effect.columns(
+            np.broadcast_to(theta, (len(time), len(theta))), setting, time, u
+        ),
+    )
+
+
+def is_further(effect: Effect) -> bool:
+    """Whether an effect is one of these."""
+    return effect.layer == LAYER
+
+
+def is_a_mode(effect: Effect, theta: np.ndarray) -> bool:
+    """Whether it stayed clear of what it may be: at the bounds it takes up something else."""
+    return abs(theta[0]) < 0.98 * STRAY and 2 * LIGHT < theta[1] < 0.95 * effect.high[1]
+
+
+def ran_off(found) -> bool:
+    """Whether a further mode of a fit (TimeFit) is one no longer."""
+    return any(
+        is_further(effect) and not is_a_mode(effect, theta[0])
+        for effect, theta in zip(found.law.effects, found.theta, strict=True)
     )

@@ -7,7 +7,7 @@ Source      Rayleigh, The Theory of Sound, vol. 1, 221 a; a split beyond `SPREAD
 
 import numpy as np
 
-from .base import Effect, companion, ring
+from .base import Effect, companion, of_takes, ring
 
 MOST = 2.5  # times the mode's own damping ratio
 NOTHING = 1.2  # misfit per sample
@@ -33,10 +33,10 @@ def _runaway(found, k: int) -> str:
     return "its damping is another motion's" if found.theta[-1][0][1] > much else ""
 
 
-def partner(k: int, gap: float = 0.0) -> Effect:
+def partner(k: int, gap: float = 0.0, takes: tuple = ()) -> Effect:
     """The partner of measured mode `k`; theta = (split, damping ratio).
 
-    `gap`: how far, relatively, the computed pair lies apart by itself.
+    `gap`: how far, relatively, the computed pair lies apart by itself. takes: see `of_takes`.
     """
 
     def columns(theta, setting, time, u):
@@ -56,6 +56,7 @@ def partner(k: int, gap: float = 0.0) -> Effect:
             for split, share in ((0.002 + gap, 0.8), (-0.002 - gap, 1.25))
         ],
         columns=columns,
+        channels=of_takes(takes),
         veto=lambda found: _mimics(found, k, gap) or _runaway(found, k) or _split(found, k, gap),
     )
 

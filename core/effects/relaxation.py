@@ -10,6 +10,7 @@ import numpy as np
 
 from .base import Effect, Parameter
 
+SLOWEST = 2.0  # times the record that the return may take: an offset, beyond
 SHORT = 0.5  # of its time that it was held before the release at least; who knows?
 
 
@@ -26,10 +27,10 @@ def starts(setting, residual):
 
 
 def veto(found):
-    """Faster than it swings it is damping; slower than the record it is an offset."""
+    """Faster than it swings it is damping; much slower than the record it is an offset."""
     time = np.exp(found.theta[-1][0][0])
-    if time > found.law.setting.duration:
-        return "slower than the record"
+    if time > SLOWEST * found.law.setting.duration:
+        return "much slower than the record"
     return "it is damping" if time * found.law.setting.omega[0] < 1 else ""
 
 

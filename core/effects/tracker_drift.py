@@ -11,6 +11,7 @@ import numpy as np
 
 from .base import Effect, Parameter
 
+PARTS, FINE_PARTS = 5, 20  # of the record, over each of which a marker wanders evenly
 ALONE = 10.0  # times the usual marker's misfit, from which one may be set aside
 
 
@@ -34,12 +35,20 @@ def _of_marker(name: str, twins: tuple[str, ...], **hooks) -> Effect:
     )
 
 
-def wander(marker: int, name: str) -> Effect:
-    """Slow wandering of one marker, by slopes over five equal parts of the record."""
+def wander(marker: int, name: str, *, fine: bool = False) -> Effect:
+    """Slow wandering of one marker, by slopes over equal parts of the record.
+
+    A few, or `fine` ones that are still no shorter than a swing.
+    """
+
+    def parts(setting):
+        swings = int(setting.duration * setting.omega[0] / (2 * np.pi))
+        return min(max(swings, PARTS), FINE_PARTS) if fine else PARTS
+
     return _of_marker(
         name,
         ("split_modes",),
-        columns=lambda theta, setting, time, u: _bends(time, setting.duration, 5),
+        columns=lambda theta, setting, time, u: _bends(time, setting.duration, parts(setting)),
         channels=lambda setting, take: take.marker == marker,
     )
 
@@ -68,8 +77,10 @@ def stray(marker: int, name: str, takes: tuple, residuals: tuple) -> Effect:
     )
 
 
-def propose(takes: tuple, residuals: tuple, first: int) -> list[Effect]:
-    """Effects worth a fit: markers whose residual (T, C) stands out in the take `first`."""
+def propose(takes: tuple, residuals: tuple, first: int, swings: float) -> list[Effect]:
+    """Effects worth a fit: markers whose residual (T, C) stands out in the take `first`, which
+    lasts that many swings.
+    """
     data, residual = takes[first], residuals[first]
     size = np.array(
         [
@@ -82,6 +93,8 @@ def propose(takes: tuple, residuals: tuple, first: int) -> list[Effect]:
     for m in worst:
         name = data.take.recording.markers[m].name
         found.append(wander(int(m), name))
+        if swings > PARTS:
+            found.append(wander(int(m), name, fine=True))
         at = _best_step(residual[:, data.marker == m])
         found.append(jump(int(m), float(data.time[at]), name))
         if size[m] > ALONE * np.median(size):

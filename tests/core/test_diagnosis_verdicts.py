@@ -300,3 +300,28 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
     make("perspective", 940, tmp_path)
     diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
     assert [e["name"] for e in diagnosis["effects"]] == ["perspective"]
+
+
+@pytest.mark.slow
+def test_two_close_modes_settle_where_they_were_heard(tmp_path):
+    """They draw together else, and a stop is told from what that leaves."""
+    make("viscous_damping", 8125, tmp_path)
+    report = calibrate_case(tmp_path / "case.toml").report
+    assert [e["name"] for e in report["diagnosis"]["effects"]] == ["viscous_damping"]
+    assert report["error"]["after"] < 1.1 * report["error"]["floor"]
+
+
+@pytest.mark.slow
+def test_a_pair_that_a_load_parts_in_one_take_is_no_effect_in_time(tmp_path):
+    make("compliant_pin", 8125, tmp_path)
+    report = calibrate_case(tmp_path / "case.toml").report
+    assert [e["name"] for e in report["diagnosis"]["effects"]] == ["compliant_pin"]
+    assert report["error"]["after"] < 1.2 * report["error"]["floor"]
+
+
+@pytest.mark.slow
+def test_a_second_effect_shows_where_free_modes_would_run_off_to_mimic_it(tmp_path):
+    make("two:steady_drive+air_drag", 6755, tmp_path)
+    report = calibrate_case(tmp_path / "case.toml").report
+    names = {e["name"] for e in report["diagnosis"]["effects"]}
+    assert names == {"steady_drive", "air_drag"}

@@ -3,6 +3,7 @@
 import importlib
 import pkgutil
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,9 +14,11 @@ from core.effects import (
     BY_NAME,
     TIME_EFFECTS,
     base_motion,
+    further_mode,
     graded_stiffness,
     lost_frames,
     relaxation,
+    tracker_drift,
 )
 from core.simulate import swing
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
@@ -100,3 +103,90 @@ def test_jumps_that_cancel_are_none():
     frame = 0.016667  # of 60 a second, as it is written
     jumps = [(2.5 * frame, frame), (181.5 / 60, frame)]
     assert lost_frames.gathered(jumps, [(181.5 * frame, -frame)], frame) == (jumps[0],)
+
+
+@pytest.mark.parametrize(("times", "is_one"), [(1.5, True), (3.0, False)])
+def test_a_return_slower_than_the_record_is_one_until_it_is_no_more_than_an_offset(times, is_one):
+    plain = setting()
+    theta = [np.log(times * plain.duration)]
+    found = SimpleNamespace(theta=[np.array([theta])], law=SimpleNamespace(setting=plain))
+    assert (relaxation.EFFECT.veto(found) == "") is is_one
+
+
+def test_a_marker_wanders_in_parts_no_shorter_than_a_swing():
+    plain, time = setting(), np.linspace(0, 4.0, 200)[None]
+    brief = replace(plain, duration=7 / 5)  # of 5 Hz
+    few = tracker_drift.wander(0, "m").columns(np.zeros((1, 0)), plain, time, None)
+    fine = tracker_drift.wander(0, "m", fine=True)
+    assert few.shape[2] == 5
+    assert fine.columns(np.zeros((1, 0)), plain, time, None).shape[2] == 20
+    assert fine.columns(np.zeros((1, 0)), brief, time, None).shape[2] == 7
+
+
+def test_a_further_mode_is_one_while_it_keeps_clear_of_its_bounds():
+    mode = further_mode.further_mode(8.0, 0.02)
+    assert further_mode.is_a_mode(mode, np.array([0.01, 0.03]))
+    assert not further_mode.is_a_mode(mode, np.array([0.05, 0.03]))  # pitch as far as it may
+    assert not further_mode.is_a_mode(mode, np.array([0.01, 0.06]))  # thrice the damping
+    found = SimpleNamespace(
+        law=SimpleNamespace(effects=(relaxation.EFFECT, mode)),
+        theta=[np.array([[0.0]]), np.array([[0.0, 0.06]])],
+    )
+    assert further_mode.ran_off(found)
+
+
+def test_a_held_mode_moves_as_the_free_one_does_there():
+    mode, theta = further_mode.further_mode(8.0, 0.02), np.array([0.01, 0.03])
+    still, time = further_mode.held(mode, theta), np.linspace(0, 1, 50)[None]
+    assert still.low == still.high == ()
+    free = mode.columns(theta[None], setting(), time, None)
+    assert np.array_equal(still.columns(np.zeros((1, 0)), setting(), time, None), free)
+
+
+def test_a_mode_of_one_load_is_seen_in_takes_with_that_load_only():
+    loaded, bare = object(), object()
+    mode = further_mode.further_mode(8.0, 0.02, (loaded,))
+    seen = [
+        mode.channels(setting(), SimpleNamespace(sigma=np.ones(3), take=take)).tolist()
+        for take in (loaded, bare)
+    ]
+    assert seen == [[True] * 3, [False] * 3]
+    assert further_mode.further_mode(8.0, 0.02).channels is None
+
+
+def test_the_size_of_a_shaking_is_that_without_noise():
+    rng, time = np.random.default_rng(7), np.arange(2000) / 120
+    path = np.sin(2 * np.pi * 1.3 * time)
+    noise = 1.5 * rng.standard_normal((2000, 3))
+    for support in ([False] * 3, [True, False, False]):
+        data = SimpleNamespace(
+            marker=np.arange(3), support=np.array(support), sigma=np.full(3, 1.5)
+        )
+        size = base_motion.size(data, path[:, None] + noise)
+        assert abs(size / np.sqrt(0.5) - 1) < 0.1
+
+
+def test_the_size_of_a_shaking_counts_all_axes_and_no_marker_that_is_lost():
+    path = np.sin(2 * np.pi * 1.3 * np.arange(2000) / 120)
+    residual = np.repeat(path[:, None], 4, axis=1)
+    data = SimpleNamespace(
+        marker=np.repeat([0, 1], 2), support=np.zeros(4, bool), sigma=np.full(4, 1e-6)
+    )
+    assert base_motion.size(data, residual) == pytest.approx(1.0, rel=0.01)
+    residual[:, [1, 3]] = np.nan
+    assert base_motion.size(data, residual) == pytest.approx(np.sqrt(0.5), rel=0.01)
+
+
+def test_a_short_record_shows_coarse_wandering_only():
+    residual = np.zeros((100, 3))
+    take = SimpleNamespace(recording=SimpleNamespace(markers=[SimpleNamespace(name="m")] * 3))
+    data = SimpleNamespace(
+        marker=np.arange(3), sigma=np.ones(3), time=np.arange(100) / 50, take=take,
+        fit=np.ones(100, bool),
+    )  # fmt: skip
+    residual[:, 0] = 1.0
+    few, many = (
+        [e for e in tracker_drift.propose((data,), (residual,), 0, swings) if e.columns]
+        for swings in (4.0, 12.0)
+    )
+    assert len(many) == len(few) + 2  # one more of each of the two worst markers

@@ -7,11 +7,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core.baseline import behind, build_law
+from core.baseline import _places, behind, build_law
 from core.body_error import leaves
 from core.channels import Channels
 from core.compare import Measured, compare, rematched
 from core.data import RingDown
+from core.diagnosis import _add_second
 from core.effects import (
     air_drag,
     base_motion,
@@ -24,8 +25,9 @@ from core.effects import (
 from core.effects.base import FINE
 from core.foils import weakens
 from core.linear_part import solve
+from core.settle import astray
 from core.simulate import COARSE, swing
-from core.sufficiency import ENOUGH, sufficient
+from core.sufficiency import AHEAD, ENOUGH, counts_second, strays, sufficient
 from core.tell import parameters
 from core.time_layer import judge, race
 from core.timefit import best_fit, extend, fit, screen, sharp, turned
@@ -342,6 +344,67 @@ def test_a_rubs_force_is_as_unsure_as_its_place_and_no_more():
     at_tip = 0.02 * 0.02 * W**2 * AMPLITUDE
     assert told["value"] == pytest.approx(at_tip, rel=0.1)
     assert low < at_tip < at_tip / levers[-1] < high < 1.5 * at_tip / levers[-1]
+
+
+def test_a_rub_aslant_to_the_first_mode_sits_where_a_mix_of_directions_moves():
+    """A rod's two bending modes: at its tip a force may act along any mix of them."""
+    reach = np.linspace(0, 1, 500) ** 2
+    moved = np.zeros((500, 3, 2))
+    moved[:, 1, 0], moved[:, 2, 1] = reach, reach
+    places, levers = _places(moved, reach)
+    rod = replace(setting(), places=places, levers=levers)
+    angle = np.arctan(places[:, 0])
+    assert np.abs(levers).max() == pytest.approx(1.0, abs=0.01)
+    assert (levers <= np.cos(angle) + 1e-9).all()  # the force is spread over both directions
+    for way in (0.5, 1.0, -2.0):
+        able, _ = rod.able(np.array([way]), np.zeros(1))
+        assert able.max() == pytest.approx(np.cos(np.arctan(way)), abs=0.1)
+        assert 0.4 * able.max() < rod.lever(np.array([way])) < able.max()
+
+
+def test_few_places_are_told_once_each():
+    moved = np.zeros((3, 3, 2))
+    moved[:, 1, 0] = [0.2, 1.0, 0.5]
+    moved[:, 1, 1] = [0.1, 0.52, 0.27]
+    places, levers = _places(moved, moved[:, 1, 0])
+    assert sorted(levers) == pytest.approx([0.2, 0.5, 1.0])
+    assert len(places) == 3
+
+
+def test_what_mends_the_tail_counts_as_a_second_effect():
+    """The first one fits to the noise and is off ahead: what is left is sought."""
+    found = declared(channels(moved(seed=1)))
+    assert found.chi2 < found.samples
+    held = ~found.law.takes[0].fit
+    off = replace(found, predicted=(found.predicted[0] + 2 * NOISE * held[:, None],))
+    first = judge(("contact",), off, off)
+    assert strays(off, AHEAD) and not strays(found, AHEAD)
+    assert counts_second(first, judge(("stiffness_drift",), found, off), 0.1)
+    assert not counts_second(judge(("contact",), found, found), first, 0.1)
+
+
+def test_what_is_off_ahead_of_a_quiet_fit_is_sought():
+    before = declared(channels(moved(Stop(0.5, 0.8))))
+    found = raced(before, contact.ABOVE)
+    held = ~found.law.takes[0].fit
+    off = replace(
+        found,
+        chi2=0.97 * found.samples,
+        predicted=(found.predicted[0] + 2 * NOISE * held[:, None],),
+    )
+    told = _add_second(((None, before),), [judge(("contact",), off, before)], (), 0.1)
+    assert told.verdict == "explained"
+    assert told.effects[0].names == ("contact",)
+
+
+def test_a_mode_that_stays_while_the_first_one_dies_has_strayed():
+    heard = np.array([5.0, 9.0, 14.0])
+    found = SimpleNamespace(
+        frequency=heard,
+        damping_ratio=np.array([0.02, 1e-5, 0.02]),
+        law=SimpleNamespace(setting=setting()),
+    )
+    assert astray(found, heard, np.full(3, 0.02)).tolist() == [False, True, False]
 
 
 def test_a_marker_on_the_support_shows_its_own_shaking_too():

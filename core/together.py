@@ -1,0 +1,120 @@
+"""Two effects at once, for neither may show as long as the other one is missing.
+
+Beside each of the best single effects a second one is sought. Where one mode or two tell all, and
+a search is cheap, those of the library are also sought two by two, from all their strengths, on
+growing shares of the record: a joint score test tells which two, the first swings from where.
+"""
+
+from functools import partial
+from itertools import combinations, product
+
+import numpy as np
+
+from .effects import TIME_EFFECTS
+from .effects.further_mode import ran_off
+from .law import TimeFit
+from .side_by_side import side_by_side
+from .time_layer import (
+    EVIDENCE,
+    PROMISE,
+    Candidate,
+    entries,
+    judge,
+    outdone,
+    raced,
+    refuted,
+    singles,
+    unlike,
+)
+from .timefit import as_it_stands, best_fit, changes, extend, turned, walked
+
+BEAM = 4  # single effects that a second one is sought beside
+FEW = 2  # modes: with more, so many places tie that the first swings tell nothing
+TWOS = 10  # pairs that are begun
+FINALISTS = 6  # that go on to the end at most
+BEHIND = 1.5  # of the best pair's misfit, from which one does not go on
+ALIKE = 1e-6  # squared sine between two effects' changes, below which they are one
+HORIZONS = (0.3, 0.6, 1.0)  # shares of the fitted part
+LOOKS = 6  # evaluations before the last of them
+WALKS = (6, 3)  # searches of a pair that go on from each of the first shares
+
+
+def pairs(start: TimeFit, ranked: list[Candidate]) -> list[Candidate]:
+    """Candidates of two effects, best evidence first.
+
+    One that was outdone alone may yet be there beside another, where nothing plainer does as well.
+    """
+    best = {}
+    for candidate in [*_of_the_library(start), *_beside(start, ranked)]:
+        key = tuple(sorted(candidate.names))
+        if key not in best or candidate.evidence > best[key].evidence:
+            best[key] = candidate
+    return sorted(best.values(), key=lambda c: -c.evidence)
+
+
+def _beside(start: TimeFit, ranked: list[Candidate]):
+    """Candidates of the best single effects and what shows beside each."""
+    for single in ranked[:BEAM]:
+        if single.evidence < EVIDENCE:
+            break
+        for candidate in singles(single.found, single.names, start, 4):
+            if candidate.found.chi2 > single.found.chi2:
+                continue  # more freedom cannot fit worse: the search went astray
+            if candidate.outdone or (single.outdone and outdone(turned(candidate.found))):
+                continue
+            yield candidate
+
+
+def _of_the_library(start: TimeFit) -> list[Candidate]:
+    """Candidates of two effects that the library holds."""
+    if start.law.modes > FEW:
+        return []
+    known = [e for e in entries(start, TIME_EFFECTS) if e[0].max() > PROMISE]
+    strengths = [[begins[i] for i in unlike(e, begins, promise)] for promise, e, begins in known]
+    tangents = [changes(start, e, s) for (_, e, _), s in zip(known, strengths, strict=True)]
+    twos = []
+    for i, j in combinations(range(len(known)), 2):
+        effects = known[i][1], known[j][1]
+        if effects[0].name != effects[1].name:
+            gain = _joint_score(tangents[i], tangents[j], start.residuals)
+            twos.append((gain, effects, list(product(strengths[i], strengths[j]))))
+    twos = sorted(twos, key=lambda two: -two[0])[:TWOS]
+
+    def begun(effects, begins):
+        law, starts = raced(start, *effects), [extend(start, effects, list(b))[1] for b in begins]
+        some = [p for p, _, _ in walked(law, starts, HORIZONS[:1], LOOKS, WALKS[0])]
+        return walked(law, some, HORIZONS[1:2], LOOKS, WALKS[1])
+
+    walks = side_by_side([partial(begun, effects, begins) for _, effects, begins in twos])
+    order = sorted(range(len(twos)), key=lambda n: walks[n][0][2])
+    order = [n for n in order if walks[n][0][2] < BEHIND * walks[order[0]][0][2]][:FINALISTS]
+
+    def ended(effects, walks):
+        law = raced(start, *effects)
+        found = best_fit(law, np.array([p for p, _, _ in walks]), HORIZONS[2:])
+        strayed = ran_off(found) and not ran_off(start)
+        return None if strayed or refuted(turned(found)) or refuted(found) else found
+
+    laws = [raced(start, *twos[n][1]) for n in order]
+    found = side_by_side(
+        [partial(ended, twos[n][1], walks[n]) for n in order],
+        pack=lambda one: one and one.parameters,
+        unpack=lambda n, p: None if p is None else as_it_stands(laws[n], p),
+    )
+    return [
+        judge(tuple(e.name for e in twos[n][1]), one, start)
+        for n, one in zip(order, found, strict=True)
+        if one is not None
+    ]
+
+
+def _joint_score(a: np.ndarray, b: np.ndarray, r: np.ndarray) -> float:
+    """Most that a start of each of two effects promises, their changes (n, R) and (m, R) of the
+    residuals (R,) scaled as they like: a score test of both (Rao, 1973, 6e).
+    """
+    aa, bb, ab = (a * a).sum(axis=1)[:, None], (b * b).sum(axis=1), a @ b.T
+    ra, rb = (a @ r)[:, None], b @ r
+    apart = aa * bb - ab**2
+    told = apart > ALIKE * aa * bb
+    gain = (bb * ra**2 - 2 * ab * ra * rb + aa * rb**2) / np.where(told, apart, np.inf)
+    return float(gain.max())
