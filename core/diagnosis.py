@@ -18,6 +18,7 @@ from .effects import DAMPING
 from .foils import is_broken, weakens
 from .forgotten import more_modes
 from .law import TimeFit
+from .refit import turned
 from .residual import NOISY, QUIET, excess, misfit
 from .sufficiency import (
     AHEAD,
@@ -33,7 +34,7 @@ from .sufficiency import (
     sufficient,
 )
 from .time_layer import EVIDENCE, MATERIAL, NEARLY, Candidate, judge, singles, vetoed
-from .timefit import sharp, turned
+from .timefit import sharp
 from .together import pairs
 
 WEAK = 0.05  # of the motion, rms: more than that is no forgotten weak mode

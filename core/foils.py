@@ -3,9 +3,10 @@
 from .effects import weakening_friction
 from .effects.sudden_change import FOIL
 from .law import TimeFit
+from .refit import swapped
 from .residual import NOISY, QUIET, misfit
 from .time_layer import EVIDENCE, Candidate, judge, race
-from .timefit import best_fit, fit, screen, sharp, swapped
+from .timefit import best_fit, fit, screen, sharp
 
 HALF = 0.5  # of what the best effect leaves is what a sudden change may leave to be the cause
 WEAKENED = 0.7  # the same of a friction's own law, freed to weaken

@@ -14,18 +14,18 @@ from .residual import QUIET
 from .timefit import extend, fit
 
 APART = 0.03  # relative, from every known pitch
-BESIDE = 0.25  # relative, from the strongest mode: nearer, what acts in time makes lines too
 PARTED = 0.003  # the same, of a pair that a load on the body parts
+BESIDE = 0.25  # relative, from the strongest mode: nearer, what acts in time makes lines too
 TWIN = 0.25  # the same from a mode whose degenerate partner was not matched
 NEAR = 0.1  # of a computed pitch, that a mode beside the strongest one has
 SAME = 0.7  # MAC with the strongest mode above which it mimics what acts in time
 LOWEST = 0.9  # of the body's lowest pitch
 ALIKE = (0.3, 3.0)  # damping ratio over that of the known modes
 BODILY = 0.8  # share of its shape within those of the body's low modes
-NEARLY, SURE = 0.05, 0.9  # of a computed pitch, and MAC: a mode even where an overtone would lie
 SPAN = 12  # of them
+NEARLY, SURE = 0.05, 0.9  # of a computed pitch, and MAC: a mode even where an overtone would lie
 QUIETLY = 1.3  # misfit per sample, held out too, up to which a ring-down tells all of a take
-LEFT, LOUDEST = 0.02, 3.0  # of the misfit of the matched modes, and that, up to which it may rise
+LEFT, LOUDEST = 0.02, 3.0  # the same beside loud modes: of what those leave, and at most
 EVIDENCE = 20.0  # gain in BIC of each
 ROUNDS = 2
 

@@ -4,8 +4,9 @@ import numpy as np
 
 from .effects.partner import crossing, partner
 from .law import Law, TimeFit, replace
+from .refit import led, without
 from .residual import NOISY
-from .timefit import best_fit, extend, led, without
+from .timefit import best_fit, extend
 
 SHARE = 0.2  # of what is left that it must take: less may be what acts in time
 EVIDENCE = 20.0  # gain in BIC that it must bring

@@ -29,7 +29,7 @@ from .ringdown import find_release
 from .side_by_side import meanwhile
 from .signatures import budget
 from .stiffening import converged_eigenvalues, moved, stiffening
-from .tell import inflation, told_diagnosis, told_error, told_modes, told_modulus
+from .tell import inflation, told_diagnosis, told_error, told_modes, told_modulus, told_without
 from .tets import kept_or_cut, key, save_tets
 
 ELEMENTS = 1500  # tetrahedra, where none are asked for
@@ -155,6 +155,26 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
     found = apparent(pitch / stiffer, spread / stiffer, findings.mesh_frequency(mesh_frequency, j))
     found = replace(found, low=found.low * findings.stiffer / findings.stiffest)
     real = material(found, stiff[j], sigma[j])
+    first = verdict.chain[0][1]
+    bare = apparent(true_frequency(heard, first)[k], 0.0, mesh_frequency)
+    told = told_diagnosis(
+        heard,
+        verdict,
+        {
+            "verdict": findings.verdict,
+            "effects": findings.effects,
+            "instead": findings.instead,
+            "ranking": findings.ranking,
+            "advice": findings.advice,
+            "minor": findings.minor,
+            "budget": findings.budget(budget(heard.declared)),
+        },
+    )
+    without = told_without(
+        [effect["name"] for effect in told["effects"]],
+        (material(bare, stiff[j], sigma[j]).value, real.value),
+        (first.damping_ratio[k], final.damping_ratio[k]),
+    )
     return {
         "case": case.name,
         "version": __version__,
@@ -168,21 +188,10 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
         "youngs_modulus": told_modulus(found, real),
         "modes": told_modes(heard, final, found.value * findings.stiffer, true),
         "error": told_error(verdict, findings.before, findings.rows, findings.instead),
-        "diagnosis": told_diagnosis(
-            heard,
-            verdict,
-            {
-                "verdict": findings.verdict,
-                "effects": findings.effects,
-                "instead": findings.instead,
-                "ranking": findings.ranking,
-                "advice": findings.advice,
-                "minor": findings.minor,
-                "budget": findings.budget(budget(heard.declared)),
-            },
-        ),
+        "diagnosis": told,
         "warnings": [
             *findings.warnings,
+            *filter(None, [without]),
             *filter(None, [mesh_stiffening.told(stiff, heard.match.modes, true)]),
         ],
     }

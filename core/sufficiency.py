@@ -4,9 +4,9 @@ import numpy as np
 
 from .effects.further_mode import ran_off
 from .law import TimeFit
+from .refit import without
 from .residual import NOISY, errors, excess, misfit, noise_share
 from .time_layer import MATERIAL, Candidate, judge, refuted
-from .timefit import without
 
 ENOUGH = 0.80  # share of the excess that one effect must take to be the explanation
 ENOUGH_HELD = 0.70  # the same on held-out samples

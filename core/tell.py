@@ -277,3 +277,15 @@ def told_diagnosis(heard: Heard, verdict: Verdict, extra: dict) -> dict:
 def told_modulus(apparent: Estimate, material: Estimate) -> dict:
     """The report's two Young's moduli."""
     return {"apparent": estimate_of(apparent), "material": estimate_of(material)}
+
+
+def told_without(names: list[str], modulus: tuple, damping: tuple) -> str:
+    """How the found effects bias what is calibrated: Young's modulus (Pa) and the damping ratio of
+    the strongest mode, each without them and with them; empty where there are none.
+    """
+    if not names:
+        return ""
+    return (
+        f"Without {' and '.join(names)} Young's modulus would be {modulus[0]:.4g} Pa, not "
+        f"{modulus[1]:.4g} Pa, and the damping ratio {damping[0]:.3g}, not {damping[1]:.3g}."
+    )

@@ -16,20 +16,11 @@ from .effects import TIME_EFFECTS, base_motion, lost_frames, tracker_drift
 from .effects.base import FINE, Effect
 from .law import TRUST, Law, TimeFit
 from .pair import across, crossed
+from .refit import instead, modes_freed, swapped, with_modes_held
 from .residual import misfit
 from .side_by_side import side_by_side
 from .simulate import COARSE
-from .timefit import (
-    as_it_stands,
-    best_fit,
-    extend,
-    fit,
-    instead,
-    modes_freed,
-    screen,
-    swapped,
-    with_modes_held,
-)
+from .timefit import as_it_stands, best_fit, extend, fit, screen
 
 EVIDENCE = 20.0  # least gain in BIC (Kass and Raftery 1995 call 10 very strong)
 MATERIAL = 0.005  # least share of the motion's RMS

@@ -12,11 +12,9 @@ import numpy as np
 
 from .ahead import ahead
 from .effects.base import FINE, Effect
-from .effects.further_mode import held, is_further
 from .law import Law, TimeFit, bounds, unpack
 from .linear_part import left_over, march, residuals, solve
 
-FREED = 4  # looks of a fit whose further modes were held so far
 DONE, NEAR = 1e-5, 1e-2  # share of the misfit that a last step gains, at the end and on the way
 LAGS = 1.5  # of the best walk's misfit: one that is more off does not catch up
 SAME = 0.0005  # of what its parameters may be: nearer the best walk, one is where that is
@@ -251,77 +249,6 @@ def extend(
     inner = [*found.theta[:at], *(np.asarray(t, float)[None] for t in thetas), *found.theta[at:]]
     outer = found.parameters[: sum(found.law.sizes()[:2])]
     return law, np.concatenate([outer, *(t[0] for t in inner)])
-
-
-def without(found: TimeFit, i: int) -> TimeFit:
-    """Fitted again without effect number `i`, from where the fit with it stands."""
-    law, theta = found.law, found.theta
-    kept = [k for k in range(len(theta)) if k != i]
-    outer = found.parameters[: sum(law.sizes()[:2])]
-    law = replace(law, effects=tuple(law.effects[k] for k in kept))
-    return fit(law, np.concatenate([outer, *(theta[k][0] for k in kept)]), evaluations=20)
-
-
-def swapped(found: TimeFit, effect: Effect, thetas: list) -> tuple[Law, np.ndarray]:
-    """The law with another effect in the last one's place, and where to start from (S, p)."""
-    law = replace(found.law, effects=(*found.law.effects[:-1], effect))
-    outer = found.parameters[: len(found.parameters) - len(found.theta[-1][0])]
-    return law, np.array([np.r_[outer, theta] for theta in thetas])
-
-
-def with_modes_held(found: TimeFit) -> TimeFit:
-    """The fit with its further modes kept at their pitches and damping ratios; itself without any.
-
-    Only where to start from: its covariance and Jacobian are those of the fit.
-    """
-    law = found.law
-    if not any(is_further(e) for e in law.effects):
-        return found
-    pairs = [(e, theta[0]) for e, theta in zip(law.effects, found.theta, strict=True)]
-    outer = found.parameters[: sum(law.sizes()[:2])]
-    effects = tuple(held(e, theta) if is_further(e) else e for e, theta in pairs)
-    p = np.concatenate([outer, *(theta for e, theta in pairs if not is_further(e))])
-    return replace(found, law=replace(law, effects=effects), parameters=p)
-
-
-def modes_freed(found: TimeFit, law: Law, start: TimeFit) -> TimeFit:
-    """The fit by `law`, with all free, of what began with the further modes of `start` held."""
-    own = iter(theta[0] for e, theta in zip(start.law.effects, start.theta, strict=True)
-               if is_further(e))  # fmt: skip
-    outer = found.parameters[: sum(found.law.sizes()[:2])]
-    pairs = zip(found.law.effects, found.theta, strict=True)
-    inner = [next(own) if is_further(e) else theta[0] for e, theta in pairs]
-    return fit(law, np.concatenate([outer, *inner]), evaluations=FREED)
-
-
-def turned(found: TimeFit) -> TimeFit:
-    """Fitted with its last two effects in the other order, from where it stands."""
-    *first, one, other = range(len(found.theta))
-    return _in_order(found, (*first, other, one))
-
-
-def led(found: TimeFit) -> TimeFit:
-    """Fitted with its last effect before all the others, from where it stands."""
-    *others, last = range(len(found.theta))
-    return _in_order(found, (last, *others))
-
-
-def _in_order(found: TimeFit, order: tuple[int, ...]) -> TimeFit:
-    law, theta = found.law, found.theta
-    outer = found.parameters[: sum(law.sizes()[:2])]
-    law = replace(law, effects=tuple(law.effects[i] for i in order))
-    return fit(law, np.concatenate([outer, *(theta[i][0] for i in order)]), evaluations=3)
-
-
-def instead(found: TimeFit, effect: Effect) -> TimeFit | None:
-    """Fitted again with another one in the last effect's place, if it does better there at once.
-
-    Both have no parameters of their own.
-    """
-    law, starts = swapped(found, effect, [()])
-    if (residuals(law, starts) ** 2).sum() >= found.chi2:
-        return None
-    return fit(law, starts[0], evaluations=2)
 
 
 def trajectories(found: TimeFit, time: np.ndarray) -> tuple[np.ndarray, list]:

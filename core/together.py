@@ -13,6 +13,7 @@ import numpy as np
 from .effects import TIME_EFFECTS
 from .effects.further_mode import ran_off
 from .law import TimeFit
+from .refit import turned
 from .side_by_side import side_by_side
 from .time_layer import (
     EVIDENCE,
@@ -26,7 +27,7 @@ from .time_layer import (
     singles,
     unlike,
 )
-from .timefit import as_it_stands, best_fit, changes, extend, turned, walked
+from .timefit import as_it_stands, best_fit, changes, extend, walked
 
 BEAM = 4  # single effects that a second one is sought beside
 FEW = 2  # modes: with more, so many places tie that the first swings tell nothing

@@ -25,12 +25,13 @@ from core.effects import (
 from core.effects.base import FINE
 from core.foils import weakens
 from core.linear_part import solve
+from core.refit import turned
 from core.settle import astray
 from core.simulate import COARSE, swing
 from core.sufficiency import AHEAD, ENOUGH, counts_second, strays, sufficient
 from core.tell import parameters
 from core.time_layer import judge, race
-from core.timefit import best_fit, extend, fit, screen, sharp, turned
+from core.timefit import best_fit, extend, fit, screen, sharp
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
 
 RATE, SECONDS, NOISE = 120, 4.0, 0.01 * AMPLITUDE

@@ -1,0 +1,82 @@
+"""A fit's effects left out, put in another order, or one put in another's place."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from .effects.base import Effect
+from .effects.further_mode import held, is_further
+from .law import Law, TimeFit
+from .linear_part import residuals
+from .timefit import fit
+
+FREED = 4  # looks of a fit whose further modes were held so far
+MOVED = 3  # of one whose effects were put in another order
+
+
+def without(found: TimeFit, i: int) -> TimeFit:
+    """Fitted again without effect number `i`, from where the fit with it stands."""
+    kept = [k for k in range(len(found.theta)) if k != i]
+    return _in_order(found, kept, evaluations=20)
+
+
+def turned(found: TimeFit) -> TimeFit:
+    """Fitted with its last two effects in the other order, from where it stands."""
+    *first, one, other = range(len(found.theta))
+    return _in_order(found, [*first, other, one])
+
+
+def led(found: TimeFit) -> TimeFit:
+    """Fitted with its last effect before all the others, from where it stands."""
+    *others, last = range(len(found.theta))
+    return _in_order(found, [last, *others])
+
+
+def _in_order(found: TimeFit, order: list[int], evaluations: int = MOVED) -> TimeFit:
+    law = replace(found.law, effects=tuple(found.law.effects[i] for i in order))
+    return fit(law, _from(found, [found.theta[i][0] for i in order]), evaluations=evaluations)
+
+
+def _from(found: TimeFit, inner: list) -> np.ndarray:
+    """(p,) the pitches, damping ratios and starts of a fit, with effects' own numbers."""
+    return np.concatenate([found.parameters[: sum(found.law.sizes()[:2])], *inner])
+
+
+def swapped(found: TimeFit, effect: Effect, thetas: list) -> tuple[Law, np.ndarray]:
+    """The law with another effect in the last one's place, and where to start from (S, p)."""
+    law = replace(found.law, effects=(*found.law.effects[:-1], effect))
+    first = [theta[0] for theta in found.theta[:-1]]
+    return law, np.array([_from(found, [*first, np.asarray(t, float)]) for t in thetas])
+
+
+def instead(found: TimeFit, effect: Effect) -> TimeFit | None:
+    """Fitted again with another one in the last effect's place, if it does better there at once.
+
+    Both have no parameters of their own.
+    """
+    law, starts = swapped(found, effect, [()])
+    if (residuals(law, starts) ** 2).sum() >= found.chi2:
+        return None
+    return fit(law, starts[0], evaluations=2)
+
+
+def with_modes_held(found: TimeFit) -> TimeFit:
+    """The fit with its further modes kept at their pitches and damping ratios; itself without any.
+
+    Only where to start from: its covariance and Jacobian are those of the fit.
+    """
+    pairs = [(e, theta[0]) for e, theta in zip(found.law.effects, found.theta, strict=True)]
+    if not any(is_further(e) for e, _ in pairs):
+        return found
+    effects = tuple(held(e, theta) if is_further(e) else e for e, theta in pairs)
+    p = _from(found, [theta for e, theta in pairs if not is_further(e)])
+    return replace(found, law=replace(found.law, effects=effects), parameters=p)
+
+
+def modes_freed(found: TimeFit, law: Law, start: TimeFit) -> TimeFit:
+    """The fit by `law`, with all free, of what began with the further modes of `start` held."""
+    own = iter(theta[0] for e, theta in zip(start.law.effects, start.theta, strict=True)
+               if is_further(e))  # fmt: skip
+    pairs = zip(found.law.effects, found.theta, strict=True)
+    inner = [next(own) if is_further(e) else theta[0] for e, theta in pairs]
+    return fit(law, _from(found, inner), evaluations=FREED)
