@@ -49,12 +49,14 @@ def _started(guess, data, use, given) -> np.ndarray:
     """(T, C) with the start (2K,) that fits the used samples best, by Gauss-Newton."""
     first, law = given
     size = np.hypot(*first.reshape(2, -1)).max()
+
+    def strength(start):  # of a release from the other side it is negative
+        return np.copysign(np.hypot(*start.reshape(2, -1)).max() / size, start @ first)
+
     x, step = np.zeros(len(first)), 1e-4 * law.setting.amplitude
     for _ in range(12):
-        strength = np.hypot(*x.reshape(2, -1)).max() / size
-        y = guess(np.vstack([x, x + step * np.eye(len(x))]), strength)
+        y = guess(np.vstack([x, x + step * np.eye(len(x))]), strength(x))
         r = np.where(use, (data.values - y) / data.sigma, 0.0).reshape(len(y), -1)
         slope = (r[1:] - r[0]).T / step
         x = x - np.linalg.lstsq(slope, r[0], rcond=1e-8)[0]
-    strength = np.hypot(*x.reshape(2, -1)).max() / size
-    return guess(x[None], strength)[0]
+    return guess(x[None], strength(x))[0]

@@ -121,8 +121,8 @@ def _listened(body: Body, find_release) -> tuple[Recorded, tuple]:
     keys = [_key(take) for take in case.takes]
     order = list(dict.fromkeys(keys))
     condition = tuple(order.index(key) for key in keys)
-    others = [case.takes[keys.index(key)].loads for key in order[1:]]
-    bodies = (body, *(build_body(case, body.bare, loads) for loads in others))
+    others = [case.takes[keys.index(key)] for key in order[1:]]
+    bodies = (body, *(build_body(case, body.bare, take, body.carried) for take in others))
     fitted = [i for i, d in enumerate(takes) if not d.take.held_out]
     return Recorded(takes, condition, bodies, fitted), rings
 

@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from . import __version__
 from .aliases import FOLDED
-from .body import Body, bare_model, build_body
+from .body import Body, bare_model, build_body, laden
 from .camera_layer import true_frequency, unfold
 from .case import read_case
 from .dac import apparent, material
@@ -31,6 +31,7 @@ from .signatures import budget
 from .stiffening import converged_eigenvalues, moved, stiffening
 from .tell import inflation, told_diagnosis, told_error, told_modes, told_modulus, told_without
 from .tets import kept_or_cut, key, save_tets
+from .weight import carries_weight, with_weight
 
 ELEMENTS = 1500  # tetrahedra, where none are asked for
 ELEMENT = "p2"
@@ -77,9 +78,12 @@ def calibrate_case(
         case.surface, elements or ELEMENTS, tets, lambda f, text: say(0.15 + 0.25 * f, text)
     )
     say(0.4, "Solving the modes")
-    body = build_body(case, bare_model(case, mesh, element), case.takes[0].loads)
+    body = build_body(case, bare_model(case, mesh, element), case.takes[0])
+    listened = partial(hear, find_release=find_release)
+    heavy = with_weight(body, listened) if carries_weight(body) else None
+    body = heavy.body if heavy else body
     with meanwhile(partial(_stiffening, mesh, body)) as converged:
-        heard = hear(body, find_release)
+        heard = heavy or listened(body)
         say(0.5, "Looking for what the model lacks")
         heard, verdict = second_hearing(heard, _diagnosed(heard), _diagnosed)
         say(0.8, "Comparing pitches and shapes")
@@ -125,19 +129,20 @@ def _stiffening(mesh: TetMesh, body: Body) -> tuple[np.ndarray, np.ndarray]:
     How wide a lumped mass sits and where its middle is are not known, so what half that width or
     a middle on its patch changes is part of the error.
     """
-    loads, modes = body.case.takes[0].loads, body.modes
+    take, modes = body.case.takes[0], body.modes
 
     def build(other: TetMesh, element: str) -> ElasticModel:
-        return add_loads(bare_model(body.case, other, element), loads)
+        return laden(bare_model(body.case, other, element), take, body.carried)
 
     limit = converged_eigenvalues(build, mesh, len(modes.frequency))
     stiff, sigma = stiffening(body.model, modes, limit)
-    if not loads:
+    if not take.loads:
         return stiff, sigma
     others = [
-        add_loads(body.bare, loads, width=0.5),
-        add_loads(body.bare, loads, over_foot=False),
+        add_loads(body.bare, take.loads, width=0.5),
+        add_loads(body.bare, take.loads, over_foot=False),
     ]
+    others = [laden(other, replace(take, loads=()), body.carried) for other in others]
     doubt = np.max([moved(body.model, modes, other) for other in others], axis=0)
     return stiff, np.hypot(sigma, doubt)
 

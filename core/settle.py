@@ -150,7 +150,8 @@ def moves_its_way(found: TimeFit, body: Body, mode: int) -> bool:
     """
     data = found.law.takes[found.law.fitted[0]]
     on = ~data.support
-    return likeness(found.shapes[-1, on], body.seen(data)[:, on], body.modes.frequency, mode) > OWN
+    seen, shape = body.seen(data)[:, on], found.shapes[-1, on]
+    return likeness(shape, seen, body.modes.frequency, mode) > OWN
 
 
 def untied(found: TimeFit) -> TimeFit:

@@ -11,6 +11,7 @@ from .match import PAIR, Match, is_driven, likeness
 from .residual import QUIET
 
 LIVELY = 0.25  # damping ratio up to which a weak pole may be a mode
+PARTED = 0.003  # relative, from which two computed modes are no pair by the body's symmetry
 NEIGHBOUR = 1.5  # times the strongest mode's pitch, within which another one may go unheard
 
 
@@ -64,7 +65,7 @@ def neighbours(found: TimeFit, match: Match, frequency: np.ndarray):
     ratio = frequency / frequency[match.modes[0]]
     apart = np.abs(np.log(frequency[:, None] / frequency[list(match.modes)])).min(axis=1)
     sigma = found.law.takes[found.law.fitted[0]].sigma
-    for j in np.flatnonzero((np.abs(np.log(ratio)) < np.log(NEIGHBOUR)) & (apart > PAIR)):
+    for j in np.flatnonzero((np.abs(np.log(ratio)) < np.log(NEIGHBOUR)) & (apart > PARTED)):
         f, z = found.frequency, found.damping_ratio
         ring = _bare(np.r_[f, f[0] * ratio[j]], np.r_[z, z[0]], sigma)
         both = Match((*match.poles, match.poles[0]), (*match.modes, int(j)))

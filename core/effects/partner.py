@@ -11,12 +11,19 @@ from .base import Effect, companion, of_takes, ring
 
 MOST = 2.5  # times the mode's own damping ratio
 NOTHING = 1.2  # misfit per sample
+AT_BOUND = 0.98  # of the most that it may part by
 SPREAD = 0.002  # relative: what meshing splits by
 
 
 def _split(found, k: int, gap: float) -> str:
-    """The mode's own pitch is fitted along, so only afterwards is it known how far they part."""
-    pitch = found.law.setting.omega[k] * (1 + found.theta[-1][0][0]) / (2 * np.pi)
+    """The mode's own pitch is fitted along, so only afterwards is it known how far they part.
+
+    One that would part further than it may, and leaves something, is another one's too.
+    """
+    split = found.theta[-1][0][0]
+    if abs(split) > AT_BOUND * (gap + SPREAD) and found.chi2 > NOTHING * found.samples:
+        return "its pitch is another one"
+    pitch = found.law.setting.omega[k] * (1 + split) / (2 * np.pi)
     apart = abs(pitch / found.frequency[k] - 1)
     return "its pitch is another one" if apart > gap + 2 * SPREAD else ""
 

@@ -81,7 +81,7 @@ def veto(found):
     setting, frequency = found.law.setting, np.exp(found.theta[-1][0][0])
     if frequency * setting.duration < 2:
         return "fewer than two cycles"
-    near = abs(np.log(2 * np.pi * frequency / setting.omega[0])) < RESONANT
+    near = abs(np.log(frequency / found.frequency[0])) < RESONANT
     if near and companion(found, 0) and found.chi2 > STILL * found.samples:
         return "it goes with the first mode"
     return ""
