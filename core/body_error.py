@@ -4,7 +4,6 @@ import numpy as np
 
 from .compare import Hypothesis
 from .diagnosis import Verdict
-from .law import TimeFit
 from .match import mac
 from .modal_layer import Ground
 from .residual import nrmse
@@ -19,21 +18,25 @@ def row(name, verdict: Verdict, ground: Ground, found: Hypothesis) -> tuple:
     """(name, held-out, fit): the time layer's declared fit with the body's pitches and shapes."""
     declared = verdict.damped
     law, data = declared.law, ground.data
+    K, loud = law.modes, ground.measured
+    own = np.r_[declared.frequency, loud.frequency[K:]]
+    heard = np.vstack([declared.shapes, loud.shapes[K:]])
     pulls = np.abs(found.pitch_pull[: len(found.frequency)])
-    f = np.where(pulls > PULLED, found.frequency, declared.frequency)
-    bent = np.array([mac(a, b) < BENT for a, b in zip(found.shapes, declared.shapes, strict=True)])
-    shapes = np.where(bent[:, None], found.shapes, declared.shapes)
+    f = np.where(pulls > PULLED, found.frequency, own)
+    bent = np.array([mac(a, b) < BENT for a, b in zip(found.shapes, heard, strict=True)])
+    shapes = np.where(bent[:, None], found.shapes, heard)
     index = law.fitted[0]
-    free = _bound(declared, declared.frequency, declared.shapes, data)
-    change = _bound(declared, f, shapes, data) - free
+    free = _bound(ground.damping_ratio, own, heard, data)
+    change = _bound(ground.damping_ratio, f, shapes, data) - free
     predicted = list(declared.predicted)
     predicted[index] = predicted[index] + change
     return name, nrmse(law.takes, predicted, True), nrmse(law.takes, predicted, False)
 
 
-def _bound(declared: TimeFit, frequency, shapes, data) -> np.ndarray:
-    """(T, C) best linear ring-down with these pitches and shapes, fitted where it may be."""
-    z = declared.damping_ratio
+def _bound(z: np.ndarray, frequency, shapes, data) -> np.ndarray:
+    """(T, C) best linear ring-down with these damping ratios, pitches and shapes, fitted where it
+    may be.
+    """
     w = 2 * np.pi * frequency
     phase = np.outer(data.time, w * np.sqrt(1 - z**2))
     fall = np.exp(-np.outer(data.time, z * w))

@@ -5,12 +5,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2 as chi2_law
 
-from .baseline import px_per_metre
+from .baseline import px_per_metre, real_shapes
 from .body_error import leaves, mends, row
 from .camera_layer import camera_effects, true_frequency
 from .compare import PIECES, PITCH_FLOOR, SHAPE_FLOOR, Measured, compare, rematched
 from .dac import SURE
 from .diagnosis import MATERIAL, Verdict
+from .effects.further_mode import is_a_mode, is_further, pitch_of
 from .elasticity import gravity_force, static
 from .joint import Heard
 from .law import TimeFit
@@ -26,6 +27,7 @@ ENOUGH = 0.6  # share of the misfit that an effect of the body must take
 NEARLY = 0.8  # of the best one's gain makes a twin
 CLEAR = 6.0  # misfit per piece above which no known effect is a finding in itself
 OUTWEIGHS = 4.5  # body's misfit over that in time, above which the latter decides nothing
+LOUD = 0.3  # of the strongest mode's motion, rms, from which one that was not matched counts
 SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
 LEFT = 0.5  # of what that error has beyond free modes', rms: more, and something else is there
@@ -103,7 +105,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     pieces = K * PIECES + (K - 1) + (ground.pull is not None)
     plain = replace(plain, warnings=_sag_lines(ground))
     marched = any(e.marched for e in verdict.final.law.effects)
-    if marched and base.modes != heard.match.modes:
+    if marched and base.modes[: len(heard.match.modes)] != heard.match.modes:
         return plain  # what acts in time has bent the shapes beyond knowing which mode is which
     ratios = max(len(base.pitch_pull) - 1, 1)
     acts = len(verdict.effects) > verdict.laws
@@ -152,14 +154,17 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
 def _ground(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     final = verdict.final
     data = final.law.takes[final.law.fitted[0]]
-    K, body = final.law.modes, heard.body
-    j = list(heard.match.modes)
-    spread = np.sqrt(np.maximum(np.diag(final.covariance)[:K], 0) * inflation(final))
+    body, further = heard.body, _loud(verdict)
+    model_error = sigma[list(heard.match.modes)]
+    model_error = np.r_[model_error, np.full(len(further), sigma.max())]
+    at = [*range(final.law.modes), *(one.at for one in further)]
+    spread = np.sqrt(np.maximum(np.diag(final.covariance)[at], 0) * inflation(final))
     bias = BIASED * max(_moved(final, verdict.damped), _bent(final))
-    error = np.sqrt(spread**2 + bias**2 + (0.5 * sigma[j]) ** 2 + PITCH_FLOOR**2)
+    error = np.sqrt(spread**2 + bias**2 + (0.5 * model_error) ** 2 + PITCH_FLOOR**2)
     samples = max(int(data.fit.sum()), 1)
-    size = np.abs(final.shapes).max(axis=1, keepdims=True)
-    swing = np.array([u.std() for u in final.motions[0].T])
+    shapes = np.vstack([final.shapes, *(one.shape for one in further)])
+    size = np.abs(shapes).max(axis=1, keepdims=True)
+    swing = np.array([*(u.std() for u in final.motions[0].T), *(one.swing for one in further)])
     left = (data.values - final.predicted[final.law.fitted[0]])[data.fit]
     rest = SPILL * np.sqrt(np.nanmean(left**2, axis=0)) / np.maximum(swing[:, None], 1e-300)
     noise = data.sigma / np.maximum(swing[:, None], 1e-300) / np.sqrt(samples / 2)
@@ -176,9 +181,9 @@ def _ground(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         tilt = TILTED * np.abs(sag).max() / px_per_metre(data) / length
         shape_error = np.hypot(shape_error, tilt * size)  # it swings about where it hangs
     measured = Measured(
-        true_frequency(heard, final),
+        np.r_[true_frequency(heard, final), [one.frequency for one in further]],
         error,
-        final.shapes,
+        shapes,
         shape_error,
         sag,
         _softer(final)[0],
@@ -190,7 +195,44 @@ def _ground(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     if base is None:
         return None
     base = rematched(measured, values, body.seen(data), unit, base)
-    return Ground(body, data, measured, base, shrink, pull)
+    ratios = np.r_[verdict.damped.damping_ratio, [one.damping_ratio for one in further]]
+    return Ground(body, data, measured, base, shrink, ratios, pull)
+
+
+@dataclass(frozen=True, eq=False)
+class _Loud:
+    """A mode that no computed one was matched to, and that swings as strongly as those."""
+
+    frequency: float  # Hz
+    damping_ratio: float
+    shape: np.ndarray  # (C,)
+    swing: float  # rms of what the shape is multiplied by
+    at: int  # of its pitch among the fit's parameters
+
+
+def _loud(verdict: Verdict) -> list[_Loud]:
+    """The further modes of a take in which nothing acts in time, as strong as the matched ones.
+
+    A body that is as declared shows no loud mode that it does not have.
+    """
+    final = verdict.final
+    law = final.law
+    if len(verdict.effects) > verdict.laws:
+        return []
+    data = law.takes[law.fitted[0]]
+    known = np.sqrt(((final.motions[0].std(axis=0)[:, None] * final.shapes) ** 2).sum(axis=1))
+    out, at = [], sum(law.sizes()[:2])
+    for effect, theta, shape in zip(law.effects, final.theta, final.column_shapes(), strict=True):
+        if is_further(effect) and is_a_mode(effect, theta[0]):
+            waves = effect.columns(theta, law.setting, data.time[None], final.motions[0][None])[0]
+            amplitude = shape @ np.array([1, -1j])
+            real = real_shapes(amplitude[None])[0][0]
+            swing = waves.std(axis=0).mean()
+            if swing * np.linalg.norm(real) > LOUD * known.max():
+                f = pitch_of(effect, theta[0])
+                out.append(_Loud(f, float(theta[0][1]), real, float(swing), at))
+        at += theta.shape[1]
+    return out
 
 
 def _moved(final: TimeFit, declared: TimeFit) -> float:

@@ -43,6 +43,7 @@ class Ground:
     measured: Measured
     base: Hypothesis
     shrink: np.ndarray  # (m,) converged over computed eigenvalues
+    damping_ratio: np.ndarray  # (K,) of the measured modes, without what acts in time
     pull: np.ndarray | None = None  # (3P,) N, the body's own weight where the sag is known
 
 

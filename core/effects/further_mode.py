@@ -39,7 +39,13 @@ def further_mode(frequency: float, damping_ratio: float, takes: tuple = ()) -> E
         starts=lambda setting, residual: [(0.0, damping_ratio)],
         columns=columns,
         channels=of_takes(takes),
+        report=lambda theta, setting, shape: {"frequency": frequency * np.exp(theta[0])},
     )
+
+
+def pitch_of(effect: Effect, theta: np.ndarray) -> float:
+    """Hz"""
+    return float(effect.report(theta, None, None)["frequency"])
 
 
 def held(effect: Effect, theta: np.ndarray) -> Effect:

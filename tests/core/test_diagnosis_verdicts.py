@@ -336,6 +336,14 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             "two:steady_drive+air_drag", 6755, {"steady_drive", "air_drag"}, 1.4,
             id="free modes that run off do not stand for a second effect",
         ),
+        pytest.param(
+            "stiffness_drift", 7642, {"stiffness_drift"}, 1.1,
+            id="two near modes without symmetry are two, and both drift",
+        ),
+        pytest.param(
+            "split_modes", 7643, {"split_modes"}, 1.1,
+            id="a partner that would part further than it may is none",
+        ),
     ],
 )  # fmt: skip
 def test_what_was_planted_is_named_and_nothing_else(kind, seed, names, most, tmp_path):
@@ -343,3 +351,31 @@ def test_what_was_planted_is_named_and_nothing_else(kind, seed, names, most, tmp
     report = calibrate_case(tmp_path / "case.toml").report
     assert {e["name"] for e in report["diagnosis"]["effects"]} == names
     assert report["error"]["after"] < most * report["error"]["floor"]
+
+
+@pytest.mark.slow
+def test_a_declared_weight_is_in_the_body_and_no_effect(tmp_path):
+    truth = make("gravity_preload", 7641, tmp_path)
+    case = tmp_path / "case.toml"
+    declared = 'declared = ["viscous_damping"'
+    text = case.read_text()
+    assert declared in text and "gravity = " in text
+    case.write_text(text.replace(declared, declared + ', "gravity_preload"'))
+    report = calibrate_case(case).report
+    assert report["diagnosis"]["verdict"] == "adequate"
+    assert report["error"]["before"] < 1.1 * report["error"]["floor"]
+    found = report["youngs_modulus"]["material"]["value"]
+    assert found == pytest.approx(truth["youngs_modulus"], rel=0.03)
+
+
+@pytest.mark.slow
+def test_a_loud_mode_that_the_declared_body_does_not_have_puts_it_in_doubt(tmp_path):
+    """A mass that more than halves the pitches, so that one computed mode only is matched."""
+    truth = make("added_mass", 8126, tmp_path)
+    report = calibrate_case(tmp_path / "case.toml").report
+    (found,) = report["diagnosis"]["effects"]
+    assert found["name"] == "added_mass" and report["diagnosis"]["verdict"] != "adequate"
+    low, high = found["parameters"]["mass"]["ci95"]
+    assert low < truth["parameters"]["added_mass"]["mass"] < high
+    modulus = report["youngs_modulus"]["material"]["value"]
+    assert modulus == pytest.approx(truth["youngs_modulus"], rel=0.15)

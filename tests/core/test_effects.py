@@ -17,10 +17,14 @@ from core.effects import (
     further_mode,
     graded_stiffness,
     lost_frames,
+    partner,
     relaxation,
+    steady_drive,
     tracker_drift,
 )
+from core.match import Match
 from core.simulate import swing
+from core.unheard import neighbours
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
 
 FILES = sorted({m.name for m in pkgutil.iter_modules(effects.__path__)} - {"base", "partner"})
@@ -190,3 +194,45 @@ def test_a_short_record_shows_coarse_wandering_only():
         for swings in (4.0, 12.0)
     )
     assert len(many) == len(few) + 2  # one more of each of the two worst markers
+
+
+@pytest.mark.parametrize(("split", "is_one"), [(0.0025, True), (0.00299, False)])
+def test_a_partner_that_parts_as_far_as_it_may_and_leaves_something_is_none(split, is_one):
+    effect, omega = partner.partner(0, 0.001), 2 * np.pi * np.array([5.0])
+    found = SimpleNamespace(
+        law=SimpleNamespace(setting=replace(setting(), omega=omega)),
+        theta=[np.array([[split, 0.02]])],
+        frequency=np.array([5.0]),
+        damping_ratio=np.array([0.02]),
+        coefficients=np.array([[1.0], [0.0]]),
+        column_shapes=lambda: [np.array([[0.0, 0.0], [1.0, 1.0]])],
+        chi2=300.0,
+        samples=100,
+    )
+    assert (effect.veto(found) == "") is is_one
+
+
+@pytest.mark.parametrize(("pitch", "is_one"), [(5.0, False), (5.6, True)])
+def test_a_line_is_at_resonance_by_the_pitch_that_is_fitted_beside_it(pitch, is_one):
+    """Where the drive beats with it, the pitch that was heard at first is the drive's."""
+    found = SimpleNamespace(
+        law=SimpleNamespace(setting=replace(setting(), omega=2 * np.pi * np.array([5.0]))),
+        theta=[np.array([[np.log(4.95)]])],
+        frequency=np.array([pitch]),
+        coefficients=np.array([[1.0], [0.5]]),
+        column_shapes=lambda: [np.array([[1.0, 0.2], [0.5, 0.1]])],
+        chi2=300.0,
+        samples=100,
+    )
+    assert (steady_drive.EFFECT.veto(found) == "") is is_one
+
+
+def test_modes_that_lie_near_each_other_without_symmetry_are_tried_as_two():
+    found = SimpleNamespace(
+        frequency=np.array([5.0]),
+        damping_ratio=np.array([0.02]),
+        law=SimpleNamespace(takes=[SimpleNamespace(sigma=np.ones(3))], fitted=[0]),
+    )
+    computed = np.array([1.0, 1.001, 1.01, 1.4, 3.0])
+    tried = [both.modes for _, both, _ in neighbours(found, Match((0,), (0,)), computed)]
+    assert tried == [(0, 2), (0, 3)]

@@ -1,7 +1,7 @@
 """The fit of the time layer on motions of one mode, integrated here by another rule."""
 
 import math
-from dataclasses import replace
+from dataclasses import make_dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -18,6 +18,7 @@ from core.effects import (
     base_motion,
     contact,
     dry_friction,
+    relaxation,
     split_modes,
     sudden_change,
     weakening_friction,
@@ -426,3 +427,19 @@ def test_what_is_held_out_and_five_times_the_noise_away_is_not_explained(off, is
     nearly_all = replace(told, held_share=0.98)
     assert sufficient(nearly_all, ENOUGH) is is_enough
     assert sufficient(nearly_all, ENOUGH, nearly=True)
+
+
+def test_what_creeps_after_a_release_from_the_other_side_creeps_the_other_way():
+    creep = 0.3 * AMPLITUDE * np.outer(np.exp(-TIME / 0.8), SHAPE)
+    other = channels(-0.7 * (moved(seed=3) + creep))
+    held = make_dataclass("Held", ["recording", "held_out"])(other.take.recording, True)
+    whole = replace(other, take=held, fit=TIME <= 0.4)  # two swings tell its start
+    first = replace(channels(moved() + creep), fit=np.ones(len(TIME), bool))
+    amplitude = (AMPLITUDE * SHAPE)[None].astype(complex)
+    ring = RingDown(
+        np.array([5.0]), np.array([0.02]), amplitude, np.zeros(4), np.full(4, NOISE), np.eye(2)
+    )
+    law, p = build_law([ring], (first, whole), (0, 0))
+    found = raced(fit(law, p, evaluations=40), relaxation.EFFECT)
+    left = (whole.values - found.predicted[1])[~whole.fit]
+    assert np.sqrt(np.mean(left**2)) < 1.2 * NOISE

@@ -1,0 +1,62 @@
+"""Young's modulus of a body whose own weight is declared to stiffen or soften it."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from core.body import Body, build_body
+from core.data import Material
+from core.elasticity import assemble, hold_points
+from core.weight import carries_weight, with_weight
+from tests.core.solids import block
+
+YOUNG = 3e4  # Pa; of a strip that hangs or stands, its weight a good part of its stiffness
+
+
+def body(gravity, declared=("gravity_preload",)):
+    """A slender block held at one end, without its weight."""
+    mesh = block((10, 2, 2), (0.2, 0.02, 0.03))
+    model = assemble(mesh, Material(1000.0, 0.4))
+    bare = hold_points(model, np.flatnonzero(model.points[:, 0] == 0))
+    marker = SimpleNamespace(position=np.array([0.2, 0.01, 0.015]))
+    recording = SimpleNamespace(markers=[marker])
+    take = SimpleNamespace(recording=recording, loads=(), gravity=gravity)
+    case = SimpleNamespace(takes=(take,), declared=declared)
+    return build_body(case, bare, take)
+
+
+def listener(pitch):
+    """What is heard of any body: its first mode, with that pitch (Hz)."""
+
+    def hear(one: Body):
+        return SimpleNamespace(
+            body=one,
+            match=SimpleNamespace(modes=(0,)),
+            free=SimpleNamespace(frequency=np.array([pitch])),
+        )
+
+    return hear
+
+
+@pytest.mark.parametrize("g", [9.81, -0.6])
+def test_the_modulus_is_that_with_which_the_loaded_body_has_the_pitch(g):
+    plain = body(np.array([g, 0.0, 0.0]))
+    case = plain.case
+    pitch = build_body(case, plain.bare, case.takes[0], YOUNG).modes.frequency[0] * np.sqrt(YOUNG)
+    heard = with_weight(plain, listener(pitch))
+    assert heard.body.carried == pytest.approx(YOUNG, rel=0.003)
+    bare = (pitch / plain.modes.frequency[0]) ** 2
+    assert (bare > YOUNG) == (g > 0)  # what hangs would be taken for stiffer stuff
+
+
+def test_a_pitch_that_no_modulus_gives_leaves_the_body_as_it_is():
+    plain = body(np.array([9.81, 0.0, 0.0]))
+    assert with_weight(plain, listener(0.1)).body is plain  # it swings faster as a mere pendulum
+
+
+def test_without_gravity_or_unless_declared_it_is_no_part_of_the_body():
+    assert carries_weight(body(np.array([9.81, 0.0, 0.0])))
+    assert not carries_weight(body(None))
+    assert not carries_weight(replace(body(np.array([9.81, 0.0, 0.0]), declared=())))
