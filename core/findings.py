@@ -6,6 +6,7 @@ import numpy as np
 from scipy.stats import chi2 as chi2_law
 
 from .baseline import px_per_metre, real_shapes
+from .body import Body
 from .body_error import leaves, mends, row
 from .camera_layer import camera_effects, true_frequency
 from .compare import PIECES, PITCH_FLOOR, SHAPE_FLOOR, Measured, compare, rematched
@@ -75,7 +76,8 @@ def examine(heard: Heard, verdict: Verdict, stiff: np.ndarray, sigma: np.ndarray
     found = _examine_body(heard, verdict, stiff, sigma)
     if verdict.verdict == "refused":
         return found
-    seen = camera_effects(heard, verdict)
+    known = heard.body.case.declared
+    seen = [one for one in camera_effects(heard, verdict) if one.effect["name"] not in known]
     large = [one for one in seen if one.share >= MATERIAL]
     if not large:
         return replace(found, minor=tuple((o.effect["name"], o.share) for o in seen))
@@ -108,14 +110,19 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     if marched and base.modes[: len(heard.match.modes)] != heard.match.modes:
         return plain  # what acts in time has bent the shapes beyond knowing which mode is which
     ratios = max(len(base.pitch_pull) - 1, 1)
-    acts = len(verdict.effects) > verdict.laws
+    acts = any(e.layer in ("time", "camera") for e in verdict.final.law.effects)
     doubt = DOUBT**2 if acts else DOUBT  # a second cause needs to be clearer
     if chi2_law.sf((base.pitch_pull**2).sum(), ratios) > doubt:
         return plain  # shapes alone, bent by whatever acts in time, name nothing
-    known = heard.body.case.declared
-    if heard.body.case.takes[0].loads:  # how these sit would be taken for another mass
-        known = (*known, "added_mass")
-    ranked = suspects(ground, known)
+    ranked = suspects(ground, _no_suspects(heard.body))
+    known = [s for s in ranked if s.effect.name in heard.body.case.declared and s.evidence > 0]
+    if known:  # as the author says, the body is this one
+        base = known[0].hypothesis
+        plain = replace(plain, mesh_pitch=_mesh_pitch(known[0], heard, stiff))
+        if chi2_law.sf((base.pitch_pull**2).sum(), ratios) > doubt:
+            return plain
+        ranked = [replace(s, evidence=s.evidence - known[0].evidence) for s in ranked]
+    ranked = [s for s in ranked if s.effect.name not in heard.body.case.declared]
     over = base.chi2 - pieces
     good = [
         s
@@ -149,6 +156,14 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         instead=("split_modes",),  # a changed body parts its own pairs
         mesh_pitch=_mesh_pitch(best, heard, stiff),
     )
+
+
+def _no_suspects(body: Body) -> list[str]:
+    """Names of changes of the body that are in it already."""
+    out = ["gravity_preload"] if body.carried else []
+    if body.case.takes[0].loads:  # how these sit would be taken for another mass
+        out.append("added_mass")
+    return out
 
 
 def _ground(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:

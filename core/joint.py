@@ -7,6 +7,7 @@ import numpy as np
 from .body import Body, build_body
 from .channels import Channels
 from .data import RingDown, replace
+from .declared import with_declared
 from .further import with_further
 from .law import TimeFit
 from .lens import straightened
@@ -94,7 +95,9 @@ def _heard(ground: Recorded, rings: tuple, whole: tuple) -> Heard:
     free, turns, first = whole
     if free.law.tied:
         free = untied(free)
-    declared, damping = free, damping_law(ground.bodies[0].case.declared)
+    names = ground.bodies[0].case.declared
+    free = with_declared(free, names)
+    declared, damping = free, damping_law(names)
     if damping != "free":
         declared = fit(replace(free.law, damping=damping), free.parameters, evaluations=40)
     return Heard(ground.takes, rings, ground.condition, ground.bodies, first, turns, free, declared)

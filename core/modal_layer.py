@@ -47,7 +47,7 @@ class Ground:
     pull: np.ndarray | None = None  # (3P,) N, the body's own weight where the sag is known
 
 
-def suspects(ground: Ground, names) -> list[Suspect]:
+def suspects(ground: Ground, names: list[str]) -> list[Suspect]:
     """Every modal effect not in `names`, fitted; best evidence first."""
     first = ground.body.modes.shapes.reshape(-1, ground.body.modes.shapes.shape[2])
 
