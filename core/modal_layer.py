@@ -12,6 +12,7 @@ from .channels import Channels
 from .compare import PIECES, Hypothesis, Measured, compare
 from .effects import MODAL_EFFECTS
 from .effects.base import Effect, Family
+from .errors import DataError
 from .factorization import factorize
 from .side_by_side import side_by_side
 
@@ -55,7 +56,10 @@ def suspects(ground: Ground, names: list[str]) -> list[Suspect]:
         return improved(model, first[:, :count])
 
     def fitted(effect):
-        family = effect.family(ground.body, solve)
+        try:
+            family = effect.family(ground.body, solve)
+        except DataError:  # so changed, it could not bear its own weight
+            return None
         return None if family is None else _fit(effect, family, ground)
 
     effects = [effect for effect in MODAL_EFFECTS if effect.name not in names]

@@ -46,10 +46,31 @@ def run_case(kind: str, seed: int) -> dict:
         except CoreError as error:
             return refused(truth, str(error))
         ended = time.monotonic()
-    report = result if isinstance(result, dict) else result.report
-    meshed = moments.get("Solving the modes", begun)
-    record = scoring.mark(truth, report, modulus_without(result, report))
-    return record | {"seconds": ended - begun, "diagnosis_seconds": ended - meshed}
+        report = result if isinstance(result, dict) else result.report
+        meshed = moments.get("Solving the modes", begun)
+        record = scoring.mark(truth, report, modulus_without(result, report))
+        record |= {"seconds": ended - begun, "diagnosis_seconds": ended - meshed}
+        if scoring.needs_refit(record):
+            record["refitted"] = refitted(Path(folder) / "case.toml", truth["effects"], options)
+    return record
+
+
+def refitted(case: Path, effects: list, options: dict) -> float | None:
+    """Held-out error of the true model: the case with what was planted in it declared."""
+    import core.pipeline as pipeline
+    from core.errors import CoreError
+
+    text = case.read_text(encoding="utf-8")
+    first, rest = text.split("declared = [", 1)
+    names = ", ".join(f'"{name}"' for name in effects)
+    said = rest.split("]", 1)[0]
+    names = ", ".join(filter(None, [said, names])) if said != names else names
+    case.write_text(f"{first}declared = [{names}]{rest.split(']', 1)[1]}", encoding="utf-8")
+    try:
+        report = pipeline.calibrate_case(case, **options).report
+    except CoreError:
+        return None
+    return report["error"]["before"]
 
 
 def refused(truth: dict, message: str) -> dict:
