@@ -17,6 +17,7 @@ WILD = 1e7  # noise units; a motion that runs away is a bad fit, not an error
 PIN = 1e3  # weight that keeps S at the reference at one, so that u is in metres there
 TIE = 1e5  # weight that keeps a tied mode's pitch, and its damping, near the first mode's
 LOOSE = np.array([0.03, np.log(2)])  # logarithms by which these may be off
+NEARER = 0.5  # of their distance, at most, that two modes' pitches may come nearer
 
 
 def march(law: Law, unpacked, data: Channels):
@@ -180,7 +181,8 @@ def _ties(law: Law, P: np.ndarray) -> np.ndarray:
         for k, ratio in law.tied:
             z = np.log(np.maximum(P[:, [at + K + k, at + K]], 1e-4))
             off = np.stack([P[:, at + k] - P[:, at] - ratio, z[:, 0] - z[:, 1]], axis=1)
-            out.append(TIE * np.maximum(np.abs(off) - LOOSE, 0))
+            loose = np.minimum(LOOSE, [NEARER * abs(ratio), np.inf])
+            out.append(TIE * np.maximum(np.abs(off) - loose, 0))
     return np.hstack(out)
 
 

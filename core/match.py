@@ -17,6 +17,7 @@ DYING = 1.0  # nepers that what is let go falls by, at least, beside it
 HEARD = 0.1  # of the loudest pole at the release: what dies more faintly than that tells nothing
 SPLIT = 0.15  # relative, up to which a degenerate pair is one that `split_modes` parts
 ACROSS = 0.3  # MAC below which two motions have other directions
+CREEPING = 0.25  # damping ratio from which a pole is a mean that wanders, and no fold
 FOLDED = 5.0  # likeness in shape that one of relative pitch weighs, for a folded mode
 LEAST = 0.35  # likeness, less the difference in pitch, from which a mode is known
 HARMONIC = 0.04  # relative distance below which a pole is an overtone of a nonlinear mode
@@ -104,7 +105,10 @@ def match_modes(
     pole are no modes of the body.
     """
     order, measured, strength = chase
-    heard = [(ring.frequency[k], shape) for k, shape in zip(order, measured, strict=True)]
+    heard = [
+        (ring.frequency[k], shape, ring.damping_ratio[k])
+        for k, shape in zip(order, measured, strict=True)
+    ]
     best, answer = -np.inf, Match((order[0],), (None,))
     for first in range(min(len(frequency), 8)):
         alike = likeness(measured[0], shapes, frequency, first)
@@ -126,10 +130,12 @@ def match_modes(
 
 
 def _partner(one, taken, modes, computed):
-    """The free computed mode of a measured (frequency, shape), and how good it is, or None."""
-    f, shape = one
+    """The free computed mode of a measured (frequency, shape, damping ratio), and how good it is,
+    or None.
+    """
+    f, shape, z = one
     frequency, shapes, rate = computed
-    for g, other in taken:
+    for g, other, _ in taken:
         overtone = any(abs(f / g / n - 1) < HARMONIC for n in (2, 3, 4, 5))
         if mac(shape, other) > 0.9 and (overtone or abs(f / g - 1) < 0.4):
             return None, 0.0
@@ -143,7 +149,7 @@ def _partner(one, taken, modes, computed):
         plain = {
             j: alike[j] - FOLDED * abs(unfolded(f, frequency[j], rate) / frequency[j] - 1)
             for j in free
-            if is_folded(f, frequency[j], rate)
+            if is_folded(f, frequency[j], rate) and z < CREEPING
         }
     found = max(plain, key=plain.get, default=None)
     if found is None or plain[found] <= LEAST:
@@ -153,10 +159,10 @@ def _partner(one, taken, modes, computed):
 
 def _may_pair(one, j: int, taken, modes, frequency: np.ndarray) -> bool:
     """Whether mode j is no partner of a matched one, or one that is pulled far off its pitch."""
-    f, shape = one
+    f, shape, _ = one
     return all(
         abs(np.log(f / g)) > SPLIT and mac(shape, other) < ACROSS
-        for (g, other), m in zip(taken, modes, strict=True)
+        for (g, other, _), m in zip(taken, modes, strict=True)
         if abs(frequency[m] / frequency[j] - 1) < PAIR
     )
 
@@ -165,7 +171,7 @@ def _may_be_partner(f: float, taken, modes, frequency: np.ndarray) -> bool:
     """Whether a pole at f is near enough to a matched mode of a pair to be its split partner."""
     return any(
         abs(np.log(f / g)) <= SPLIT and (np.abs(frequency / frequency[m] - 1) < PAIR).sum() > 1
-        for (g, _), m in zip(taken, modes, strict=True)
+        for (g, _, _), m in zip(taken, modes, strict=True)
     )
 
 

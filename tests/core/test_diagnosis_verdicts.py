@@ -379,3 +379,19 @@ def test_a_loud_mode_that_the_declared_body_does_not_have_puts_it_in_doubt(tmp_p
     assert low < truth["parameters"]["added_mass"]["mass"] < high
     modulus = report["youngs_modulus"]["material"]["value"]
     assert modulus == pytest.approx(truth["youngs_modulus"], rel=0.15)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "seed"), [("relaxation", 7643), ("lost_frames", 7641), ("compliant_pin", 7642)]
+)
+def test_what_is_declared_is_in_the_model_and_not_named(kind, seed, tmp_path):
+    make(kind, seed, tmp_path)
+    case = tmp_path / "case.toml"
+    text, declared = case.read_text(), 'declared = ["viscous_damping"'
+    assert declared in text
+    case.write_text(text.replace(declared, f'{declared}, "{kind}"'))
+    report = calibrate_case(case).report
+    assert report["diagnosis"]["verdict"] == "adequate" and not report["diagnosis"]["effects"]
+    assert [row["added"] for row in report["error"]["chain"]] == [None]
+    assert report["error"]["before"] < 1.1 * report["error"]["floor"]

@@ -10,6 +10,7 @@ import pytest
 
 from core import effects
 from core.case_schema import EFFECT_NAMES
+from core.data import RingDown
 from core.effects import (
     BY_NAME,
     TIME_EFFECTS,
@@ -22,7 +23,8 @@ from core.effects import (
     steady_drive,
     tracker_drift,
 )
-from core.match import Match
+from core.linear_part import TIE, _ties
+from core.match import Match, match_modes
 from core.simulate import swing
 from core.unheard import neighbours
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
@@ -236,3 +238,28 @@ def test_modes_that_lie_near_each_other_without_symmetry_are_tried_as_two():
     computed = np.array([1.0, 1.001, 1.01, 1.4, 3.0])
     tried = [both.modes for _, both, _ in neighbours(found, Match((0,), (0,)), computed)]
     assert tried == [(0, 2), (0, 3)]
+
+
+@pytest.mark.parametrize(("z", "modes"), [(0.02, (0, 1)), (0.34, (0,))])
+def test_a_mean_that_wanders_is_no_folded_mode(z, modes):
+    """At 60 frames/s a mode of 59 Hz is seen at 1 Hz, and so is what a body creeps by."""
+    shapes = np.array([[1.0, 0.5, 0.2], [0.3, -1.0, 0.8]])
+    ring = RingDown(
+        np.array([5.0, 1.0]),
+        np.array([0.02, z]),
+        shapes.astype(complex),
+        np.zeros(3),
+        np.ones(3),
+        np.eye(4),
+    )
+    chase = ([0, 1], shapes, np.array([0.9, 0.4]))
+    found = match_modes(ring, chase, np.array([1.0, 59 / 5]), shapes, 60.0)
+    assert found.modes == modes
+
+
+def test_the_two_modes_of_a_near_pair_keep_half_their_distance():
+    law = SimpleNamespace(modes=2, sizes=lambda: (4, 0, 0), tied=((1, 0.02),))
+    pitch = np.array([0.005, 0.02, 0.06])  # of the second over the first, in logarithms
+    P = np.c_[0 * pitch, pitch, np.full((3, 2), 0.02)]
+    off = _ties(law, P)[:, 0]
+    assert off[0] == pytest.approx(TIE * 0.005) and off[1] == 0 and off[2] > 0
