@@ -35,7 +35,13 @@ def noise_floor(time: np.ndarray, signals: np.ndarray) -> np.ndarray:
     if even.shape == signals.shape and np.array_equal(even, signals, equal_nan=True):
         return _even_floor(even)
     slepian = lru_cache(maxsize=None)(dpss)  # pieces of one length share their sequences
-    return np.array([_patchy_floor(time, y, slepian) for y in signals.T])
+    known = np.isfinite(signals)
+    masks, kind = np.unique(known, axis=1, return_inverse=True)
+    out = np.empty(signals.shape[1])
+    for k, mask in enumerate(masks.T):  # channels with the same gaps share the band
+        alike = kind.ravel() == k
+        out[alike] = _patchy_floor(time[mask], signals[mask][:, alike], slepian)
+    return out
 
 
 def _even_floor(even: np.ndarray) -> np.ndarray:
@@ -46,12 +52,10 @@ def _even_floor(even: np.ndarray) -> np.ndarray:
     return np.sqrt(np.where(second < LEAKED**2 * first, second, first))
 
 
-def _patchy_floor(time: np.ndarray, y: np.ndarray, slepian) -> float:
-    """rms noise of one channel (n,) with gaps: beside the band, or in its longest whole stretch
-    where that shows that the motion reaches beyond the band.
+def _patchy_floor(time: np.ndarray, y: np.ndarray, slepian) -> np.ndarray:
+    """(k,) rms noise of channels (n, k) at uneven instants (n,): beside the band, or in the longest
+    whole stretch where that shows that the motion reaches beyond the band.
     """
-    known = np.isfinite(y)
-    time, y = time[known], y[known]
     beside = _beside_band(time, y, slepian)
     steps = np.diff(time)
     breaks = np.flatnonzero(np.abs(steps / np.median(steps) - 1) > EVEN)
@@ -60,12 +64,12 @@ def _patchy_floor(time: np.ndarray, y: np.ndarray, slepian) -> float:
     stretch = y[ends[longest] + 1 : ends[longest + 1] + 1]
     if len(stretch) < PIECE:
         return beside
-    whole = float(_even_floor(stretch[:, None])[0])
-    return whole if whole < LEAKED * beside else beside
+    whole = _even_floor(stretch)
+    return np.where(whole < LEAKED * beside, whole, beside)
 
 
-def _beside_band(time: np.ndarray, y: np.ndarray, slepian) -> float:
-    """rms noise of one channel (n,) at uneven instants: what no band-limited motion takes up.
+def _beside_band(time: np.ndarray, y: np.ndarray, slepian) -> np.ndarray:
+    """(k,) rms noise of channels (n, k) at uneven instants: what no band-limited motion takes up.
 
     Piece by piece, least squares on Slepian's sequences for as wide a band as leaves a share of
     the samples over (Slepian, Bell Syst. Tech. J. 57 (1978) 1371), read between their points.
@@ -80,9 +84,9 @@ def _beside_band(time: np.ndarray, y: np.ndarray, slepian) -> float:
         waves = slepian(points, min(product, points / 2 - 1), count).T
         basis = CubicSpline(np.linspace(0, t[-1], points), waves)(t)
         q, _ = np.linalg.qr(np.hstack([basis, np.ones((len(t), 1)), t[:, None]]))
-        left += float(((v - q @ (q.T @ v)) ** 2).sum())
+        left = left + ((v - q @ (q.T @ v)) ** 2).sum(axis=0)
         free += len(t) - q.shape[1]
-    return float(np.sqrt(left / max(free, 1)))
+    return np.sqrt(left / max(free, 1))
 
 
 def _level(even: np.ndarray, bandwidth: float, count: int) -> np.ndarray:
