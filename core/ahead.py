@@ -32,14 +32,17 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
     data = one.takes[0]
     use = data.fit[:, None] & data.known & ~data.support
 
-    traces = sum(bool(effect.force) for effect in law.effects)
+    order = [e for e in law.effects if e.force] + [e for e in law.effects if not e.force]
+    each = dict(zip(law.effects, widths(law), strict=True))
+    bound = np.array([e.of_release for e in order for _ in range(each[e])], bool)
+    scales = np.r_[np.zeros(law.own + 1, bool), bound]
 
     def guess(starts, strength):
         P = np.tile(lead, (len(starts), 1))
         P[:, 2 * K : 4 * K] = starts
         basis = regressors(one, unpack(one, P, 0), 0)[0]
         scaled = known.copy()
-        scaled[:, law.own + 1 + traces :] *= strength  # a force's trace follows its own motion
+        scaled[:, scales] *= strength
         return np.swapaxes((basis @ scaled[None, :, :, None])[..., 0], 1, 2)
 
     return _started(guess, data, use, (p[a + 2 * K * model : a + 2 * K * (model + 1)], law))

@@ -121,6 +121,7 @@ class ElasticModel:
     bulk: sparse.csr_matrix  # (3P, 3P) B: stiffness of the volumetric part at kappa = 1 Pa
     mass: sparse.csr_matrix  # (3P, 3P) kg
     pinned: np.ndarray  # (P,) bool: held points
+    stress: sparse.csr_matrix | None = None  # (3P, 3P) N/m at Y = 1 Pa of what it carries at rest
 
     def __post_init__(self):
         seal(self, "points", float, (None, 3))
@@ -130,7 +131,8 @@ class ElasticModel:
     def stiffness(self) -> sparse.csr_matrix:
         """(3P, 3P) N/m at Y = 1 Pa and the material's Poisson ratio."""
         nu = self.material.poisson_ratio
-        return self.shear / (2 * (1 + nu)) + self.bulk / (3 * (1 - 2 * nu))
+        elastic = self.shear / (2 * (1 + nu)) + self.bulk / (3 * (1 - 2 * nu))
+        return elastic if self.stress is None else elastic + self.stress
 
     @property
     def free(self) -> np.ndarray:

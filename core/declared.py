@@ -2,8 +2,11 @@
 
 from .effects import TIME_EFFECTS
 from .law import TimeFit
-from .time_layer import entries, race, read_off
+from .time_layer import entries, judge, race, read_off
 from .timefit import sharp
+
+READ_OFF = {"base_motion", "tracker_drift", "lost_frames"}
+IN_TIME = READ_OFF | {effect.name for effect in TIME_EFFECTS}
 
 
 def with_declared(start: TimeFit, names: tuple[str, ...]) -> TimeFit:
@@ -11,14 +14,11 @@ def with_declared(start: TimeFit, names: tuple[str, ...]) -> TimeFit:
 
     One that the recording cannot show is left out.
     """
-    for name in names:
-        known = [*TIME_EFFECTS, *read_off(start)] if name not in _there(start) else []
-        able = entries(start, [effect for effect in known if effect.name == name])
-        tried = [race(start, effect, begins, promise) for promise, effect, begins in able]
+    there = {effect.name for effect in start.law.effects}
+    for name in [name for name in names if name in IN_TIME - there]:
+        known = read_off(start) if name in READ_OFF else TIME_EFFECTS
+        begun = entries(start, [effect for effect in known if effect.name == name])
+        tried = [race(start, effect, begins, promise) for promise, effect, begins in begun]
         if tried:
-            start = sharp(min(tried, key=lambda found: found.chi2))
+            start = sharp(max(tried, key=lambda found: judge((name,), found, start).evidence))
     return start
-
-
-def _there(found: TimeFit) -> list[str]:
-    return [effect.name for effect in found.law.effects]

@@ -110,8 +110,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     if marched and base.modes[: len(heard.match.modes)] != heard.match.modes:
         return plain  # what acts in time has bent the shapes beyond knowing which mode is which
     ratios = max(len(base.pitch_pull) - 1, 1)
-    acts = any(e.layer in ("time", "camera") for e in verdict.final.law.effects)
-    doubt = DOUBT**2 if acts else DOUBT  # a second cause needs to be clearer
+    doubt = DOUBT**2 if _acts(verdict.final) else DOUBT  # a second cause needs to be clearer
     if chi2_law.sf((base.pitch_pull**2).sum(), ratios) > doubt:
         return plain  # shapes alone, bent by whatever acts in time, name nothing
     ranked = suspects(ground, _no_suspects(heard.body))
@@ -232,7 +231,7 @@ def _loud(verdict: Verdict) -> list[_Loud]:
     """
     final = verdict.final
     law = final.law
-    if len(verdict.effects) > verdict.laws:
+    if _acts(final):
         return []
     data = law.takes[law.fitted[0]]
     known = np.sqrt(((final.motions[0].std(axis=0)[:, None] * final.shapes) ** 2).sum(axis=1))
@@ -265,10 +264,15 @@ def _bent(final: TimeFit) -> float:
     return float(np.log(max(told, default=1.0)) / 4)
 
 
+def _acts(final: TimeFit) -> bool:
+    """Whether an effect in time, declared or found, is in the fit."""
+    return any(effect.layer in ("time", "camera") for effect in final.law.effects)
+
+
 def _creeps(verdict: Verdict) -> bool:
     """Whether something moves the mean that may be a creep, which goes on after the recording."""
-    told = [c.names[-1] for c in verdict.effects] + [t for ts in verdict.twins for t in ts]
-    return "relaxation" in told
+    there = [effect.name for effect in verdict.final.law.effects]
+    return "relaxation" in [*there, *(t for ts in verdict.twins for t in ts)]
 
 
 def _softer(final: TimeFit) -> tuple[float, float]:

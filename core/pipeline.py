@@ -79,7 +79,11 @@ def calibrate_case(
     )
     say(0.4, "Solving the modes")
     body = build_body(case, bare_model(case, mesh, element), case.takes[0])
-    listened = partial(hear, find_release=find_release)
+
+    def listened(one: Body) -> Heard:
+        say(0.42, "Listening")
+        return hear(one, find_release)
+
     heavy = with_weight(body, listened) if carries_weight(body) else None
     body = heavy.body if heavy else body
     with meanwhile(partial(_stiffening, mesh, body)) as converged:
@@ -212,6 +216,11 @@ def _heard_warnings(case: Case, heard: Heard) -> list[str]:
                 f"{data.take.name}: {f:.4g} Hz is seen with {rate:.4g} frames/s: a true pitch of "
                 f"{rate - f:.4g} or {rate + f:.4g} Hz would look the same. Film faster to be sure."
             )
+    if carries_weight(heard.body) and heard.body.carried is None:
+        out.append(
+            "gravity_preload is declared, but with no Young's modulus would the body, its weight "
+            "counted in, have the measured pitch: it is left out. Check gravity and density."
+        )
     if None in heard.match.modes:
         out.append(
             "No computed mode moves as the measured one does: Young's modulus was fitted to the "

@@ -9,7 +9,7 @@ from .body import Body
 from .channels import Channels
 from .data import RingDown, poles, replace
 from .law import Law, TimeFit
-from .match import Match, align, is_driven, likeness, select, turning
+from .match import Match, align, is_driven, likeness, mac, select, turning
 from .residual import NOISY, QUIET
 from .shutter import at_once
 from .timefit import as_it_stands, fit
@@ -151,7 +151,8 @@ def moves_its_way(found: TimeFit, body: Body, mode: int) -> bool:
     data = found.law.takes[found.law.fitted[0]]
     on = ~data.support
     seen, shape = body.seen(data)[:, on], found.shapes[-1, on]
-    return likeness(shape, seen, body.modes.frequency, mode) > OWN
+    own = likeness(shape, seen, body.modes.frequency, mode)
+    return own > OWN and mac(shape, found.shapes[0, on]) < OWN
 
 
 def untied(found: TimeFit) -> TimeFit:

@@ -56,7 +56,8 @@ def judge(names, found: TimeFit, start: TimeFit) -> Candidate:
 
     The evidence is the gain in BIC where it was fitted, and in misfit where it only predicted.
     """
-    parameters = found.unknowns - start.unknowns + sum(e.free for e in found.law.effects)
+    parameters = found.unknowns - start.unknowns
+    parameters += sum(e.free for e in found.law.effects) - sum(e.free for e in start.law.effects)
     evidence = start.chi2 - found.chi2 - parameters * np.log(max(found.samples, 2))
     ahead, count = misfit(found.law.takes, found.predicted, True)
     evidence += misfit(start.law.takes, start.predicted, True)[0] - max(ahead, count)
@@ -252,7 +253,7 @@ def _again(start: TimeFit, best: Candidate, chosen: list, against: TimeFit) -> C
     found = race(start, effect, entry[2], entry[0], runners=len(entry[2]), horizons=(1.0,))
     if found.chi2 > BETTER * best.found.chi2 or refuted(found):
         return best
-    return judge(best.names, found, against)
+    return max(best, judge(best.names, found, against), key=lambda c: c.evidence)
 
 
 def _chosen(raced_for: list, most: int) -> list:

@@ -84,7 +84,8 @@ def needs_refit(m: dict) -> bool:
 
 def is_as_good(m: dict) -> bool:
     """Whether what is left is at most a tenth more than what the true model, refitted, leaves."""
-    return m["after"] <= MOST * max(m["floor"], m.get("refitted") or 0.0)
+    own = m.get("refitted") or 0.0
+    return m["after"] <= MOST * max(m["floor"], own if own < m["before"] else 0.0)
 
 
 def false_extra(m: dict) -> bool:

@@ -10,9 +10,11 @@
 import argparse
 import json
 import os
+import re
 import sys
 import tempfile
 import time
+import tomllib
 import traceback
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
@@ -61,11 +63,12 @@ def refitted(case: Path, effects: list, options: dict) -> float | None:
     from core.errors import CoreError
 
     text = case.read_text(encoding="utf-8")
-    first, rest = text.split("declared = [", 1)
-    names = ", ".join(f'"{name}"' for name in effects)
-    said = rest.split("]", 1)[0]
-    names = ", ".join(filter(None, [said, names])) if said != names else names
-    case.write_text(f"{first}declared = [{names}]{rest.split(']', 1)[1]}", encoding="utf-8")
+    said = tomllib.loads(text).get("model", {}).get("declared", [])
+    names = json.dumps(list(dict.fromkeys([*said, *effects])))
+    text, count = re.subn(r"declared = \[.*?\]", f"declared = {names}", text, count=1)
+    if not count:
+        return None
+    case.write_text(text, encoding="utf-8")
     try:
         report = pipeline.calibrate_case(case, **options).report
     except CoreError:

@@ -38,6 +38,7 @@ def further_mode(frequency: float, damping_ratio: float, takes: tuple = ()) -> E
         high=(STRAY, float(np.clip(TIMES * damping_ratio, 3 * LIGHT, DAMPED))),
         starts=lambda setting, residual: [(0.0, damping_ratio)],
         columns=columns,
+        of_release=True,
         channels=of_takes(takes),
         report=lambda theta, setting, shape: {"frequency": frequency * np.exp(theta[0])},
     )

@@ -15,9 +15,7 @@ from .base import Effect, Family, reduced_basis
 
 def change_model(model, theta):
     """theta = (gx, gy, gz m/s2, Young's modulus Pa that carries the weight)."""
-    stress = weight_stiffness(model, np.asarray(theta[:3]))
-    mu = 2 * (1 + model.material.poisson_ratio)
-    return replace(model, shear=model.shear + stress * (mu / theta[3]))
+    return replace(model, stress=weight_stiffness(model, np.asarray(theta[:3])) / theta[3])
 
 
 def weight_stiffness(model, gravity: np.ndarray):

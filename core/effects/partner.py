@@ -63,6 +63,7 @@ def partner(k: int, gap: float = 0.0, takes: tuple = ()) -> Effect:
             for split, share in ((0.002 + gap, 0.8), (-0.002 - gap, 1.25))
         ],
         columns=columns,
+        of_release=True,
         channels=of_takes(takes),
         veto=lambda found: _mimics(found, k, gap) or _runaway(found, k) or _split(found, k, gap),
     )
@@ -94,4 +95,5 @@ def crossing(k: int, gap: float = 0.0) -> Effect:
             time,
         ),
         beside=beside,
+        of_release=True,
     )

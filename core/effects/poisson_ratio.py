@@ -26,11 +26,12 @@ def family(body, solve):
     others = [solve(change_model(model, (v,)), 10) for v in VALUES]
     basis = reduced_basis([modes, *others], model.mass)
     G, B = basis.T @ (model.shear @ basis), basis.T @ (model.bulk @ basis)
+    stress = 0 if model.stress is None else basis.T @ (model.stress @ basis)
     M = np.eye(basis.shape[1])
     grid = np.r_[np.linspace(0.0, 0.44, 12), 0.46, 0.48, 0.49, 0.495][:, None]
     return Family(
         basis,
-        lambda theta: (G / (2 * (1 + theta[0])) + B / (3 * (1 - 2 * theta[0])), M),
+        lambda theta: (G / (2 * (1 + theta[0])) + B / (3 * (1 - 2 * theta[0])) + stress, M),
         grid,
         np.array([0.0]),
         np.array([0.499]),

@@ -62,6 +62,7 @@ EFFECT = Effect(
     high=(np.log(60.0),),
     starts=starts,
     columns=columns,
+    of_release=True,
     report=report,
     alike=alike,
     veto=veto,

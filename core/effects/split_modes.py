@@ -79,6 +79,7 @@ EFFECT = Effect(
         (s, float(np.clip(setting.zeta[0], 0.003, 0.2))) for s in (-0.08, -0.02, 0.02, 0.08)
     ],
     columns=columns,
+    of_release=True,
     veto=veto,
     requires=lambda setting, takes: "" if setting.paired else "no degenerate pair",
     report=report,
