@@ -101,6 +101,7 @@ def _told(
     usual = np.median(found.damping_ratio)
     paired = has_twin(match.modes, body.modes.frequency)
     loaded = bool(data.take.loads) and len({law.pitch[i] for i in law.fitted}) > 1
+    lowest = LOWEST * own[0] * body.modes.frequency[0] / body.modes.frequency[match.modes[0]]
     apart = np.abs(np.log(ring.frequency[:, None] / own))
     theirs = apart.argmin(axis=0)  # the pole of each mode that is fitted
     out = []
@@ -113,7 +114,8 @@ def _told(
         shape = real_shapes(amplitude[None])[0][0][on]
         if not (
             ALIKE[0] * usual < z < ALIKE[1] * usual
-            and f > LOWEST * own[0] * body.modes.frequency[0] / body.modes.frequency[match.modes[0]]
+            # a load lowers what is heard first by less than what lies below
+            and (loaded or f > lowest)
             and mac(shape, found.shapes[0, on]) < SAME
         ):
             return []

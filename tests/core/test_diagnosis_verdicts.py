@@ -190,6 +190,12 @@ def test_a_declared_load_on_a_soft_top_is_no_effect(tmp_path):
 
 
 @pytest.mark.slow
+def test_a_load_that_brings_out_a_mode_below_what_is_heard_first_is_no_effect(tmp_path):
+    make("null", 73865, tmp_path)
+    assert calibrate_case(tmp_path / "case.toml").report["diagnosis"]["verdict"] == "adequate"
+
+
+@pytest.mark.slow
 def test_a_marker_that_wanders_at_random_is_set_aside(tmp_path):
     truth = make("tracker_drift", 131, tmp_path)
     report = calibrate_case(tmp_path / "case.toml").report
