@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .law import Law, unpack, widths
+from .law import Law, unpack, widths, with_columns
 from .linear_part import regressors
 
 
@@ -32,9 +32,8 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
     data = one.takes[0]
     use = data.fit[:, None] & data.known & ~data.support
 
-    order = [e for e in law.effects if e.force] + [e for e in law.effects if not e.force]
-    each = dict(zip(law.effects, widths(law), strict=True))
-    bound = np.array([e.of_release for e in order for _ in range(each[e])], bool)
+    wide = dict(zip(law.effects, widths(law), strict=True))
+    bound = np.array([e.of_release for e in with_columns(law) for _ in range(wide[e])], bool)
     scales = np.r_[np.zeros(law.own + 1, bool), bound]
 
     def guess(starts, strength):

@@ -106,9 +106,8 @@ class TimeFit:
         law = self.law
         each = widths(law)
         at = law.own * law.conditions + 1
-        order = [e for e in law.effects if e.force] + [e for e in law.effects if e.columns]
         out = {}
-        for effect in order:
+        for effect in with_columns(law):
             width = each[law.effects.index(effect)]
             out[law.effects.index(effect)] = self.coefficients[:, at : at + width]
             at += width
@@ -131,6 +130,11 @@ def bounds(effect: Effect, modes: int) -> tuple[np.ndarray, np.ndarray]:
     """Of the inner parameters: its own, then where a force sits, by its share in higher modes."""
     spread = np.full(modes - 1 if effect.force else 0, FARTHEST)
     return np.r_[effect.low, -spread], np.r_[effect.high, spread]
+
+
+def with_columns(law: Law) -> list[Effect]:
+    """The effects that have columns, in the order of these: forces' traces first."""
+    return [e for e in law.effects if e.force] + [e for e in law.effects if e.columns]
 
 
 def widths(law: Law) -> list[int]:

@@ -17,6 +17,7 @@ from .joint import Heard
 SAME = 0.003  # relative: a modulus that changes by less is found
 ROUNDS = 5
 STIFFER = 1.3  # times: a body that would buckle under its weight is at least so much stiffer
+TRIES = 30  # a body that does not stand even then has another fault, which its refusal tells
 
 
 def carries_weight(body: Body) -> bool:
@@ -57,9 +58,13 @@ def _modulus(body: Body, weight, heard: Heard) -> float | None:
 
 
 def _standing(body: Body, modulus: float) -> Body:
-    """The body with its weight, with that modulus or the least one with which it stands."""
-    while True:
+    """The body with its weight, with that modulus or the least one with which it stands.
+
+    Raises DataError as `build_body` does, where none is enough.
+    """
+    for _ in range(TRIES):
         try:
             return build_body(body.case, body.bare, body.case.takes[0], modulus)
         except DataError:
             modulus *= STIFFER
+    return build_body(body.case, body.bare, body.case.takes[0], modulus)

@@ -34,6 +34,14 @@ def case(folder, motion, fps, seconds, noise=5e-6):
     return folder / "case.toml"
 
 
+def declare(path, name):
+    """The case with one more effect declared."""
+    text, declared = path.read_text(), 'declared = ["viscous_damping"'
+    assert declared in text
+    path.write_text(text.replace(declared, f'{declared}, "{name}"'))
+    return path
+
+
 def swing(frequency, ratio, size=5e-3):
     w = 2 * np.pi * frequency
     return lambda t: size * np.exp(-ratio * w * t) * np.cos(w * np.sqrt(1 - ratio**2) * t)
@@ -362,12 +370,7 @@ def test_what_was_planted_is_named_and_nothing_else(kind, seed, names, most, tmp
 @pytest.mark.slow
 def test_a_declared_weight_is_in_the_body_and_no_effect(tmp_path):
     truth = make("gravity_preload", 7641, tmp_path)
-    case = tmp_path / "case.toml"
-    declared = 'declared = ["viscous_damping"'
-    text = case.read_text()
-    assert declared in text and "gravity = " in text
-    case.write_text(text.replace(declared, declared + ', "gravity_preload"'))
-    report = calibrate_case(case).report
+    report = calibrate_case(declare(tmp_path / "case.toml", "gravity_preload")).report
     assert report["diagnosis"]["verdict"] == "adequate"
     assert report["error"]["before"] < 1.1 * report["error"]["floor"]
     found = report["youngs_modulus"]["material"]["value"]
@@ -393,11 +396,7 @@ def test_a_loud_mode_that_the_declared_body_does_not_have_puts_it_in_doubt(tmp_p
 )
 def test_what_is_declared_is_in_the_model_and_not_named(kind, seed, tmp_path):
     make(kind, seed, tmp_path)
-    case = tmp_path / "case.toml"
-    text, declared = case.read_text(), 'declared = ["viscous_damping"'
-    assert declared in text
-    case.write_text(text.replace(declared, f'{declared}, "{kind}"'))
-    report = calibrate_case(case).report
+    report = calibrate_case(declare(tmp_path / "case.toml", kind)).report
     assert report["diagnosis"]["verdict"] == "adequate" and not report["diagnosis"]["effects"]
     assert [row["added"] for row in report["error"]["chain"]] == [None]
     assert report["error"]["before"] < 1.1 * report["error"]["floor"]

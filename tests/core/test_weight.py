@@ -6,9 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from core import weight
 from core.body import Body, build_body
 from core.data import Material
 from core.elasticity import assemble, hold_points
+from core.errors import DataError
 from core.weight import carries_weight, with_weight
 from tests.core.solids import block
 
@@ -54,6 +56,16 @@ def test_the_modulus_is_that_with_which_the_loaded_body_has_the_pitch(g):
 def test_a_pitch_that_no_modulus_gives_leaves_the_body_as_it_is():
     plain = body(np.array([9.81, 0.0, 0.0]))
     assert with_weight(plain, listener(0.1)).body is plain  # it swings faster as a mere pendulum
+
+
+def test_a_body_that_stands_with_no_modulus_is_refused(monkeypatch):
+    def falls(*_):
+        raise DataError("it would come apart")
+
+    plain = body(np.array([9.81, 0.0, 0.0]))
+    monkeypatch.setattr(weight, "build_body", falls)
+    with pytest.raises(DataError, match="come apart"):
+        with_weight(plain, listener(20.0))
 
 
 def test_without_gravity_or_unless_declared_it_is_no_part_of_the_body():
