@@ -7,6 +7,8 @@ import numpy as np
 from .law import Law, unpack, widths, with_columns
 from .linear_part import regressors
 
+STEPS, STILL = 12, 1e-6  # at most, and the share of the start that a last one moves it by
+
 
 def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.ndarray:
     """(T, C) of a whole held-out take: all is known but its start, fitted where `fit` says.
@@ -56,9 +58,12 @@ def _started(guess, data, use, given) -> np.ndarray:
         return np.copysign(np.hypot(*start.reshape(2, -1)).max() / size, start @ first)
 
     x, step = np.zeros(len(first)), 1e-4 * law.setting.amplitude
-    for _ in range(12):
+    for _ in range(STEPS):
         y = guess(np.vstack([x, x + step * np.eye(len(x))]), strength(x))
         r = np.where(use, (data.values - y) / data.sigma, 0.0).reshape(len(y), -1)
         slope = (r[1:] - r[0]).T / step
-        x = x - np.linalg.lstsq(slope, r[0], rcond=1e-8)[0]
+        move = np.linalg.lstsq(slope, r[0], rcond=1e-8)[0]
+        x = x - move
+        if np.linalg.norm(move) < STILL * np.linalg.norm(x):
+            break
     return guess(x[None], strength(x))[0]

@@ -1,6 +1,9 @@
 """Effects that the case declares: they are fitted as part of the model from the start."""
 
+from functools import partial
+
 from .effects import TIME_EFFECTS
+from .in_step import in_step
 from .law import TimeFit
 from .time_layer import entries, judge, race, read_off
 from .timefit import sharp
@@ -18,7 +21,7 @@ def with_declared(start: TimeFit, names: tuple[str, ...]) -> TimeFit:
     for name in [name for name in names if name in IN_TIME - there]:
         known = read_off(start) if name in READ_OFF else TIME_EFFECTS
         begun = entries(start, [effect for effect in known if effect.name == name])
-        tried = [race(start, effect, begins, promise) for promise, effect, begins in begun]
+        tried = in_step([partial(race, one) for one in begun])
         if tried:
             start = sharp(max(tried, key=lambda found: judge((name,), found, start).evidence))
     return start

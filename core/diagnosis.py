@@ -9,6 +9,7 @@ refused       the recording cannot decide
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from .decidable import undecidable
 from .effects import DAMPING
 from .foils import is_broken, weakens
 from .forgotten import more_modes
+from .in_step import in_step
 from .law import TimeFit
 from .refit import turned
 from .residual import NOISY, QUIET, excess, misfit
@@ -33,7 +35,7 @@ from .sufficiency import (
     strays,
     sufficient,
 )
-from .time_layer import EVIDENCE, MATERIAL, NEARLY, Candidate, judge, singles, vetoed
+from .time_layer import EVIDENCE, MATERIAL, NEARLY, Candidate, judge, seconds, singles, vetoed
 from .timefit import sharp
 from .together import pairs
 
@@ -103,7 +105,9 @@ def diagnose(
 def _sharpened(verdict: Verdict) -> Verdict:
     """The same, with what was found in coarse steps fitted and judged in fine ones."""
     declared = verdict.chain[0][1]
-    fine = {found: sharp(found) for _, found in verdict.chain}
+    coarse = list(dict.fromkeys(found for _, found in verdict.chain))
+    sharper = in_step([partial(sharp, found) for found in coarse])
+    fine = dict(zip(coarse, sharper, strict=True))
     return replace(
         verdict,
         chain=tuple((name, fine[found]) for name, found in verdict.chain),
@@ -120,7 +124,7 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     over = excess(declared)
     if over < MATERIAL and declared.chi2 < QUIET * declared.samples and not fails(declared):
         return Verdict("adequate", chain, (), (), (), ())
-    able = singles(start, against=declared)
+    able = singles(start, declared)
     ranked = tuple(c for c in able if not c.outdone)
     seen = [c for c in ranked if c.evidence > EVIDENCE]
     strong = [c for c in seen if gained(declared, c.found) >= MATERIAL or shows(c, declared)]
@@ -199,13 +203,15 @@ def _laid_bare(found: list[Candidate], able: list[bool], declared: TimeFit, wide
 
     What an effect took from the residual itself lays nothing bare.
     """
-    out = []
-    for c, may in zip(found, able, strict=True):
+
+    def laid_bare(c, may):
         own = c.found.law.effects[-len(c.names) :]
         if may and c.found.chi2 > NOISY * c.found.samples and not any(e.given for e in own):
             wider = judge(c.names, widen(c.found, len(own)), declared)
-            c = max(c, wider, key=lambda one: one.evidence)
-        out.append(c)
+            return max(c, wider, key=lambda one: one.evidence)
+        return c
+
+    out = in_step([partial(laid_bare, *one) for one in zip(found, able, strict=True)])
     return sorted(out, key=lambda c: -c.evidence)
 
 
@@ -231,11 +237,11 @@ def _add_second(chain, strong: list[Candidate], ranked, over: float) -> Verdict:
     more_left = excess(best.found) > MATERIAL and best.found.chi2 > NOISY * best.found.samples
     if more_left or strays(best.found, AHEAD):
         left = _left(best.found)  # no pair can gain more than this over the best
-        tries = []
-        for first in [c for c in strong[:RIVALS] if c.evidence >= best.evidence - left]:
-            more = singles(first.found, first.names, most=4)
-            found = [c for c in more if c.evidence > EVIDENCE and not c.outdone]
-            tries.append((first, found))
+        firsts = [c for c in strong[:RIVALS] if c.evidence >= best.evidence - left]
+        tries = [
+            (first, [c for c in more if c.evidence > EVIDENCE and not c.outdone])
+            for first, more in zip(firsts, seconds(firsts, [c.found for c in firsts]), strict=True)
+        ]
         able = [t for t in tries if t[1] and counts_second(t[0], t[1][0], over)]
         best, more = max(able, key=lambda t: t[0].evidence + t[1][0].evidence, default=tries[0])
     if more and counts_second(best, more[0], over):

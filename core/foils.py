@@ -5,7 +5,7 @@ from .effects.sudden_change import FOIL
 from .law import TimeFit
 from .refit import swapped
 from .residual import NOISY, QUIET, misfit
-from .time_layer import EVIDENCE, Candidate, judge, race
+from .time_layer import EVIDENCE, Candidate, Try, judge, race
 from .timefit import best_fit, fit, screen, sharp
 
 HALF = 0.5  # of what the best effect leaves is what a sudden change may leave to be the cause
@@ -17,7 +17,7 @@ def is_broken(declared: TimeFit, best: Candidate) -> bool:
     if best.found.chi2 < NOISY * best.found.samples:
         return False
     begins = FOIL.starts(declared.law.setting, None)
-    found = race(declared, FOIL, begins, screen(declared, FOIL, begins))
+    found = race(Try(declared, screen(declared, FOIL, begins), FOIL, begins))
     rival = judge((FOIL.name,), found, declared)
     more = rival.evidence > best.evidence + EVIDENCE
     return more and 1 - rival.share < HALF * (1 - best.share)

@@ -6,12 +6,13 @@ from .effects.partner import crossing, partner
 from .law import Law, TimeFit, replace
 from .refit import led, without
 from .residual import NOISY
-from .timefit import best_fit, extend
+from .timefit import best_fit, extend, misfits
 
 SHARE = 0.2  # of what is left that it must take: less may be what acts in time
 EVIDENCE = 20.0  # gain in BIC that it must bring
 FORCE = 0.5  # of what that motion leaves, that the force must take to be one
 LEFT = 3.0  # misfit per sample: a free motion that leaves more may stand for anything
+HINT = 0.25  # of that, taken before anything is searched
 QUICK = 8  # steps of a search that begins near its end
 
 
@@ -35,7 +36,10 @@ def across(found: TimeFit) -> TimeFit:
     told = found.chi2 < NOISY * found.samples
     if told or law.setting.gap is None or any(e.layer == "pair" for e in law.effects):
         return found
-    wider = _wider(found, crossing(0, law.setting.gap), QUICK)
+    effect = crossing(0, law.setting.gap)
+    if not _hinted(found, effect):
+        return found
+    wider = _wider(found, effect, QUICK)
     if wider.chi2 > LEFT * wider.samples or not _shows(wider, found):
         return found
     wider = led(wider)
@@ -53,6 +57,14 @@ def _wider(found: TimeFit, effect, evaluations: int = 20) -> TimeFit:
     starts = effect.starts(found.law.setting, None)
     tries = [extend(found, (effect,), [start]) for start in starts]
     return best_fit(tries[0][0], np.array([p for _, p in tries]), evaluations=evaluations)
+
+
+def _hinted(found: TimeFit, effect) -> bool:
+    """Whether it takes enough, from where a search for it begins, for that to be worth while."""
+    starts = effect.starts(found.law.setting, None)
+    tries = [extend(found, (effect,), [start]) for start in starts]
+    left = misfits(tries[0][0], np.array([p for _, p in tries])).min()
+    return found.chi2 - left > HINT * SHARE * (found.chi2 - found.samples)
 
 
 def _shows(wider: TimeFit, found: TimeFit) -> bool:

@@ -5,12 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from .effects.base import Effect
-from .effects.further_mode import held, is_further
 from .law import Law, TimeFit
 from .linear_part import residuals
 from .timefit import fit
 
-FREED = 4  # looks of a fit whose further modes were held so far
 MOVED = 3  # of one whose effects were put in another order
 
 
@@ -58,25 +56,3 @@ def instead(found: TimeFit, effect: Effect) -> TimeFit | None:
     if (residuals(law, starts) ** 2).sum() >= found.chi2:
         return None
     return fit(law, starts[0], evaluations=2)
-
-
-def with_modes_held(found: TimeFit) -> TimeFit:
-    """The fit with its further modes kept at their pitches and damping ratios; itself without any.
-
-    Only where to start from: its covariance and Jacobian are those of the fit.
-    """
-    pairs = [(e, theta[0]) for e, theta in zip(found.law.effects, found.theta, strict=True)]
-    if not any(is_further(e) for e, _ in pairs):
-        return found
-    effects = tuple(held(e, theta) if is_further(e) else e for e, theta in pairs)
-    p = _from(found, [theta for e, theta in pairs if not is_further(e)])
-    return replace(found, law=replace(found.law, effects=effects), parameters=p)
-
-
-def modes_freed(found: TimeFit, law: Law, start: TimeFit) -> TimeFit:
-    """The fit by `law`, with all free, of what began with the further modes of `start` held."""
-    own = iter(theta[0] for e, theta in zip(start.law.effects, start.theta, strict=True)
-               if is_further(e))  # fmt: skip
-    pairs = zip(found.law.effects, found.theta, strict=True)
-    inner = [next(own) if is_further(e) else theta[0] for e, theta in pairs]
-    return fit(law, _from(found, inner), evaluations=FREED)

@@ -1,12 +1,17 @@
 """Motion of the measured modes with the found effects: exact for what is linear, stepped else."""
 
+from dataclasses import dataclass
+from itertools import pairwise
+
 import numpy as np
 
 from .effects.base import FINE, Setting, State
+from .in_step import asked
 
 RUNAWAY = 30.0  # first amplitudes; a motion that has run away stays finite
 OFTEN = 8  # steps between two looks at it; between them it goes on
 COARSE = 16  # steps per period of the first mode, while it is only sought which force is there
+UNFELT = ("steps", "pitch", "pose")  # what a setting says to others than forces
 HIGHEST = 3  # steps per period of the highest mode: at two, the kicks would be in step with it
 
 
@@ -15,101 +20,166 @@ def free_swing(omega, zeta, start, time):
     return _glide(omega, zeta, (start[:, None, 0], start[:, None, 1]), time[:, :, None])
 
 
+@dataclass(frozen=True, eq=False)
+class _March:
+    """What is asked of `swing`."""
+
+    omega: np.ndarray
+    zeta: np.ndarray
+    start: np.ndarray
+    time: np.ndarray
+    forces: list
+    setting: Setting
+
+    @property
+    def steps(self) -> float:
+        """Per period of the first mode; high modes may need more than the setting says."""
+        omega = self.setting.omega
+        return max(self.setting.steps, min(HIGHEST * omega.max() / omega[0], FINE))
+
+    @property
+    def kin(self) -> tuple:
+        """The same for all that may march together."""
+        said = {k: v for k, v in vars(self.setting).items() if k not in UNFELT}
+        one = [v if v is None or np.isscalar(v) else id(v) for v in said.values()]
+        return self.steps, self.omega.shape[1], *one
+
+
 def swing(omega, zeta, start, time, forces: list, setting: Setting):
     """u, u' (B, T, K) and the forces' traces (B, T, F) with `forces` [(effect, theta (B, p)), ...].
 
     Strang splitting: half a kick, the exact linear flow, half a kick, the two halves between
     steps taken as one with the speed extrapolated to their middle; a step cut short by the same
     rule leads to the instants `time` (B, T). With no force it is `free_swing`. High modes may
-    need more steps than `setting` says; they get FINE at most.
+    need more steps than `setting` says; they get FINE at most. Searches that go in step march as
+    one: a step costs hardly more for many motions than for one.
     """
     if not forces:
         return *free_swing(omega, zeta, start, time), np.zeros((*time.shape, 0))
-    steps = max(setting.steps, min(HIGHEST * setting.omega.max() / setting.omega[0], FINE))
-    step = 2 * np.pi / (steps * setting.omega[0])
-    count = int(np.ceil(time.max() / step)) + 1
+    return asked(_March(omega, zeta, start, time, forces, setting), _marched)
+
+
+def _marched(all_of: list[_March]) -> list:
+    """What `swing` returns of each."""
+    out, kinds = [None] * len(all_of), {}
+    for n, one in enumerate(all_of):
+        kinds.setdefault(one.kin, []).append(n)
+    for group in kinds.values():
+        for n, motion in zip(group, _in_one([all_of[n] for n in group]), strict=True):
+            out[n] = motion
+    return out
+
+
+def _in_one(group: list[_March]):
+    """u, u' and traces of each, of one march of all."""
+    setting = group[0].setting
+    omega, zeta, start = (
+        np.concatenate([getattr(one, name) for one in group]) for name in ("omega", "zeta", "start")
+    )
+    step = 2 * np.pi / (group[0].steps * setting.omega[0])
+    count = int(np.ceil(max(one.time.max() for one in group) / step)) + 1
     by_place, by_speed = _flow(omega, zeta, step)
-    push = _Push(forces, setting, start[:, 0])
+    push = _Push(group, count)
     limit = RUNAWAY * setting.amplitude * np.array([1.0, setting.omega.max()])[:, None, None]
     most = limit[1, 0, 0] / step
-    path = np.empty((count + 1, 3, *omega.shape))  # u, u', kick; few calls a step, for speed
-    path[0, :2] = np.swapaxes(start, 0, 1)
-    path[0, 2] = push.kick(path[0, :2], 0.0, 0.0)
+    path = np.empty((count + 1, 3, *omega.T.shape))  # u, u', kick; few calls a step, for speed
+    path[0, :2] = np.moveaxis(start, 0, 2)
+    push.kick(path[0, :2], 0, 0.0, path[0, 2])
     half = step / 2 * path[0, 2]
+    ahead = np.empty_like(path[0, :2])
     for i in range(count):
         u, v, _ = path[i]
-        state = path[i + 1, :2]
-        np.multiply(by_place, u, out=state)
-        state += by_speed * (v + half)
+        state, kick = path[i + 1, :2], path[i + 1, 2]
+        np.add(v, half, out=ahead[1])
+        np.multiply(by_speed, ahead[1], out=state)
+        state += by_place * u
         if i % OFTEN == 0:
             np.maximum(state, -limit, out=state)
             np.minimum(state, limit, out=state)
-        ahead = state.copy()
-        ahead[1] += half
-        kick = path[i + 1, 2]
-        np.maximum(push.kick(ahead, (i + 1) * step, step), -most, out=kick)
+        ahead[0] = state[0]
+        np.add(state[1], half, out=ahead[1])
+        push.kick(ahead, i + 1, step, kick)
+        np.maximum(kick, -most, out=kick)
         np.minimum(kick, most, out=kick)
         half = step / 2 * kick
         state[1] += half
-    place = np.minimum((time / step).astype(int), count)
-    batch = np.arange(len(time))[:, None]
-    rest = (time - place * step)[:, :, None]
-    u, v, kick = (path[place, j, batch] for j in range(3))
-    u, v = _glide(omega, zeta, (u, v + rest / 2 * kick), rest)
-    traces = push.traces()[np.minimum(np.rint(time / step).astype(int), count), batch]
-    return u, v + rest / 2 * kick, traces
+    for one, rows in zip(group, push.rows, strict=True):
+        yield _seen(one, path[..., rows], step, push.traces(one, rows))
+
+
+def _seen(one: _March, path, step: float, traces):
+    """What `swing` returns, of a march's path (N, 3, K, B) and traces (F, N, B)."""
+    at = one.time[:1] if len(one.time) > 1 and not np.ptp(one.time, axis=0).any() else one.time
+    batch = np.arange(len(one.time))[: len(at), None]
+    place = np.minimum((at / step).astype(int), len(path) - 1)
+    nearest = np.minimum(np.rint(at / step).astype(int), len(path) - 1)
+    if len(at) < len(one.time):  # the same instants for all
+        u, v, kick = np.ascontiguousarray(np.moveaxis(path[place[0]], (1, 3), (0, 1)))
+        traces = [trace[nearest[0]].T for trace in traces]
+    else:
+        u, v, kick = (path[place, j, :, batch] for j in range(3))
+        traces = [trace[nearest, batch] for trace in traces]
+    rest = np.broadcast_to((at - place * step)[:, :, None], (*one.time.shape, 1))
+    u, v = _glide(one.omega, one.zeta, (u, v + rest / 2 * kick), rest)
+    none = np.zeros((*one.time.shape, 0))
+    return u, v + rest / 2 * kick, np.stack(traces, axis=2) if traces else none
 
 
 class _Push:
-    """All added forces along one march, with what each remembers."""
+    """All added forces along one march."""
 
-    def __init__(self, forces, setting: Setting, u):
-        self.setting, self.past, self.parts = setting, [], []
-        K = u.shape[1]
-        for effect, theta in forces:
-            memory = effect.begin(theta, setting, u) if effect.begin else None
-            couple = np.ones_like(u)
-            if effect.force and K > 1:
-                couple[:, 1:] = theta[:, len(effect.low) :]
-            drive = couple * setting.masses
-            self.parts.append([effect, theta, couple, drive, memory])
+    def __init__(self, group: list[_March], count: int):
+        ends = np.cumsum([0, *(len(one.omega) for one in group)])
+        self.rows = [slice(a, b) for a, b in pairwise(ends)]
+        self.parts, self.past, self.whole = [], {}, ends[-1]
+        setting, whose = group[0].setting, {}
+        for one, rows in zip(group, self.rows, strict=True):
+            for effect, theta in one.forces:
+                whose.setdefault(effect, []).append((rows, theta))
+        for effect, some in whose.items():
+            at = np.concatenate([np.arange(rows.start, rows.stop) for rows, _ in some])
+            theta = np.concatenate([theta for _, theta in some])
+            if at[-1] - at[0] + 1 == len(at):
+                at = slice(at[0], at[-1] + 1)
+            if not effect.force:
+                self.parts.append((at, effect.acceleration(theta, setting), None))
+                continue
+            couple = np.ones((len(setting.omega), len(theta)))
+            couple[1:] = theta[:, len(effect.low) :].T
+            past = self.past[effect] = np.zeros((count + 1, ends[-1]))
+            own = couple, couple * setting.masses[:, None], past
+            self.parts.append((at, effect.force(theta, setting), own))
 
-    def kick(self, state, t, h):
-        """(B, K) acceleration by all forces in `state` (2, B, K)."""
-        total, trace = 0.0, []
-        u, v = state
-        for part in self.parts:
-            effect, theta, couple, drive, memory = part
-            if effect.force:
-                x, dx = np.add.reduce(state * couple, axis=2)
-                seen = State(u, v, t, h, x, dx, memory)
-                f = effect.force(theta, self.setting, seen)
-                trace.append(f)
-                total = total + f[:, None] * drive
-            else:
-                seen = State(u, v, t, h, u[:, 0], v[:, 0], memory)
-                total = total + effect.acceleration(theta, self.setting, seen)
-            part[4] = seen.memory
-        self.past.append(trace)
-        return total
+    def kick(self, state, i: int, h: float, out) -> None:
+        """Put the acceleration (K, B) by all forces in `state` (2, K, B) at step `i` of `h` s into
+        `out`.
+        """
+        out[:] = 0.0
+        for at, push, own in self.parts:
+            here = state[..., at]
+            u, v = here
+            if own is None:
+                out[:, at] += push(State(u, v, i * h, h, u[0], v[0]))
+                continue
+            couple, drive, past = own
+            x, dx = np.add.reduce(here * couple, axis=1)
+            f = past[i, at] = push(State(u, v, i * h, h, x, dx))
+            out[:, at] += f * drive
 
-    def traces(self):
-        """(N, B, F) forces at the steps."""
-        first = self.parts[0][2]
-        if not self.past[0]:
-            return np.zeros((len(self.past), len(first), 0))
-        return np.swapaxes(np.array(self.past), 1, 2)
+    def traces(self, one: _March, rows: slice) -> list:
+        """[(N, B), ...] forces of one of them at the steps."""
+        return [self.past[effect][:, rows] for effect, _ in one.forces if effect.force]
 
 
 def _flow(omega, zeta, step):
-    """The linear map over one step: what u and what u' give to both, each (2, B, K)."""
+    """The linear map over one step: what u and what u' give to both, each (2, K, B)."""
     B, K = omega.shape
     out = []
     for unit in ((1.0, 0.0), (0.0, 1.0)):
         start = np.empty((B, 2, K))
         start[:, 0], start[:, 1] = unit
         u, v = free_swing(omega, zeta, start, np.full((B, 1), step))
-        out.append(np.array([u[:, 0], v[:, 0]]))
+        out.append(np.array([u[:, 0].T, v[:, 0].T]))
     return out
 
 

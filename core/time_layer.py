@@ -8,19 +8,21 @@
 
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import islice
 
 import numpy as np
 
 from .baseline import px_per_metre
 from .effects import TIME_EFFECTS, base_motion, lost_frames, tracker_drift
 from .effects.base import FINE, Effect
+from .in_step import in_step
 from .law import TRUST, Law, TimeFit
 from .pair import across, crossed
-from .refit import instead, modes_freed, swapped, with_modes_held
+from .refit import instead, swapped
 from .residual import NOISY, misfit
-from .side_by_side import side_by_side
+from .side_by_side import in_step_by_halves
 from .simulate import COARSE
-from .timefit import as_it_stands, best_fit, extend, fit, screen
+from .timefit import DONE, best_fit, extend, fit, screen
 
 EVIDENCE = 20.0  # least gain in BIC (Kass and Raftery 1995 call 10 very strong)
 MATERIAL = 0.005  # least share of the motion's RMS
@@ -28,9 +30,11 @@ NEARLY = 0.80  # of the best one's gain makes a twin
 PROMISE = 8.0  # least gain in chi2 that a score test must see before an effect is fitted
 SETTLED = 0.95  # share of the excess from which what comes later gets one start only
 BEGUN = 7  # places that a fit begins from: the marker and the six farthest apart on the body
+FIRSTS = 10  # names that are tried alone, at most
 AT_ONCE = 2  # the most promising effects, which may settle the rest
 RUNNERS = 2  # starting places of an effect that are fitted
 MOSTLY, BETTER = 0.6, 0.9  # share that the best one must take, misfit that it leaves then
+CLOSE = 1e-3  # share of the misfit that a last step of a search gains; what is found is sharpened
 HORIZONS = (0.4, 1.0)  # shares of the fitted part: from short to long, lest a phase slip traps
 
 
@@ -123,13 +127,16 @@ def _jumps(start: TimeFit, data) -> list[Effect]:
         jumps = lost_frames.gathered(jumps, more, data.frame)
         found = _with_jumps(start, jumps, data)
     for at in range(len(jumps)):
-        for shift in (-2, -1, 1, 2):
-            moved = [*jumps]
-            moved[at] = (jumps[at][0] + shift * data.frame, jumps[at][1])
-            better = instead(found, lost_frames.lost(tuple(moved), data.frame))
-            if better:
-                jumps, found = tuple(moved), better
-                break
+        when, gap = jumps[at]
+        moved = [
+            (*jumps[:at], (when + shift * data.frame, gap), *jumps[at + 1 :])
+            for shift in (-2, -1, 1, 2)
+        ]
+        effects = [lost_frames.lost(one, data.frame) for one in moved]
+        better = in_step([partial(instead, found, effect) for effect in effects])
+        left = [one.chi2 if one else np.inf for one in better]
+        if min(left) < found.chi2:
+            jumps, found = moved[int(np.argmin(left))], better[int(np.argmin(left))]
     jumps = lost_frames.gathered(jumps, (), data.frame)  # two that were moved together may be none
     if not jumps or not _sight(found, data).are_whole(jumps):
         return []
@@ -158,22 +165,29 @@ def _common_is_possible(start: TimeFit, data) -> bool:
     return len(markers) >= 3 and min(size) < 0.35 * max(size)
 
 
-def race(
-    start: TimeFit,
-    effect: Effect,
-    begins: list,
-    promise: np.ndarray,
-    *,
-    runners: int = RUNNERS,
-    horizons: tuple = HORIZONS,
-) -> TimeFit:
-    """The best fit of `start` with `effect`, from the most promising of its starting places."""
-    first = unlike(effect, begins, promise)[:runners]
-    still = with_modes_held(start)
-    tries = [extend(still, (effect,), [begins[i]])[1] for i in first]
-    found = best_fit(raced(still, effect), np.array(tries), horizons if effect.marched else (1.0,))
-    if still is not start:
-        found = modes_freed(found, raced(start, effect), start)
+@dataclass(frozen=True, eq=False)
+class Try:
+    """A search for one effect, beside those of a fit, from its most promising starting places."""
+
+    start: TimeFit
+    promise: np.ndarray
+    effect: Effect
+    begins: list
+    runners: int = RUNNERS
+    horizons: tuple = HORIZONS
+
+    @property
+    def law(self) -> Law:
+        return raced(self.start, self.effect)
+
+
+def race(one: Try) -> TimeFit:
+    """The best fit with the effect."""
+    start, effect = one.start, one.effect
+    first = unlike(effect, one.begins, one.promise)[: one.runners]
+    tries = [extend(start, (effect,), [one.begins[i]])[1] for i in first]
+    starts, horizons = np.array(tries), one.horizons if effect.marched else (1.0,)
+    found = best_fit(one.law, starts, horizons, enough=CLOSE if effect.marched else DONE)
     return across(found) if effect.force else found
 
 
@@ -199,99 +213,129 @@ def unlike(effect: Effect, begins: list, promise: np.ndarray) -> list[int]:
     return out
 
 
-def entries(start: TimeFit, effects) -> list[tuple[np.ndarray, Effect, list]]:
-    """(promise, effect, where it begins) of those that this recording can show, best first."""
+def entries(start: TimeFit, effects) -> list[Try]:
+    """Searches for those that this recording can show, best promise first."""
     index = start.law.fitted[0]
     data = start.law.takes[index]
     residual = (data.time[data.fit], (data.values - start.predicted[index])[data.fit])
-    out, places = [], start.law.setting.places[:BEGUN]
+    known, places = [], start.law.setting.places[:BEGUN]
     for effect in able(start, effects):
         begins = effect.starts(start.law.setting, residual)
         if effect.force:
             begins = [(*b, *place) for b in begins for place in places]
             begins = list(dict.fromkeys(begins))
         if begins:
-            out.append((screen(start, effect, begins), effect, begins))
-    return sorted(out, key=lambda entry: -entry[0].max())
+            known.append((effect, begins))
+    promises = in_step([partial(screen, start, *one) for one in known])
+    tries = [Try(start, promise, *one) for promise, one in zip(promises, known, strict=True)]
+    return sorted(tries, key=lambda one: -one.promise.max())
 
 
-def singles(
-    start: TimeFit,
-    before: tuple[str, ...] = (),
-    against: TimeFit | None = None,
-    most: int = 10,
-) -> list[Candidate]:
+def singles(start: TimeFit, against: TimeFit | None = None) -> list[Candidate]:
     """The best candidate of every name that a score test promises something, best first."""
+    chosen = _chosen(start, FIRSTS)
     best = {}
-    effects = [*TIME_EFFECTS, *read_off(start)]
-    chosen = _chosen(entries(start, effects), most)
-    first = len(chosen) if before else AT_ONCE
-    for some in (chosen[:first], chosen[first:]):
-        settled = any(c.share > SETTLED for c in best.values())
-        for name, found, plainer in _tried(start, some, runners=1 if settled else RUNNERS):
-            if found is None:
-                continue
-            candidate = judge((*before, name), found, against or start)
+    for some in (chosen[:AT_ONCE], chosen[AT_ONCE:]):
+        if any(c.share > SETTLED for c in best.values()):
+            some = [replace(one, runners=1) for one in some]
+        _gather(best, _tried(some), against or start)
+    return _again([(_ranked(best), chosen, against or start)])[0]
+
+
+def seconds(firsts: list[Candidate], against: list[TimeFit], most: int = 4) -> list:
+    """For each of the `firsts` the candidates that a second effect makes of it, best first.
+
+    against: fits that these are compared with.
+    """
+    chosen = in_step([partial(_chosen, first.found, most) for first in firsts])
+    done = iter(_tried([one for some in chosen for one in some]))
+    out = []
+    for first, some, declared in zip(firsts, chosen, against, strict=True):
+        best = {}
+        _gather(best, islice(done, len(some)), declared, first.names)
+        out.append((_ranked(best), some, declared))
+    return _again(out)
+
+
+def _gather(best: dict, done, against: TimeFit, before: tuple[str, ...] = ()) -> None:
+    """Keep of every name the best one of those that are `done` (Try, fit or None, outdone)."""
+    for one, found, plainer in done:
+        name = one.effect.name
+        if found is not None:
+            candidate = judge((*before, name), found, against)
             if name not in best or candidate.evidence > best[name].evidence:
                 best[name] = replace(candidate, outdone=plainer)
-    ranked = sorted(best.values(), key=lambda c: -c.evidence)
-    if ranked:
-        ranked[0] = _again(start, ranked[0], chosen, against or start)
-    return ranked
 
 
-def _again(start: TimeFit, best: Candidate, chosen: list, against: TimeFit) -> Candidate:
-    """The best candidate, or a better one of its effect from all its strengths on the whole record.
+def _ranked(best: dict) -> list[Candidate]:
+    return sorted(best.values(), key=lambda c: -c.evidence)
+
+
+def _again(asked: list) -> list[list[Candidate]]:
+    """The candidates of each (candidates, tries, fit to compare with); the best one of all, or a
+    better one of its effect from all its strengths on the whole record.
 
     Two modes close together make a short part of it look like what it is not.
     """
-    effect = best.found.law.effects[-1]
-    entry = next((one for one in chosen if one[1] is effect), None)
-    told = best.found.chi2 < NOISY * best.found.samples
-    if entry is None or told or not effect.marched or best.share < MOSTLY:
-        return best
-    found = race(start, effect, entry[2], entry[0], runners=len(entry[2]), horizons=(1.0,))
-    if found.chi2 > BETTER * best.found.chi2 or refuted(found):
-        return best
-    return max(best, judge(best.names, found, against), key=lambda c: c.evidence)
-
-
-def _chosen(raced_for: list, most: int) -> list:
-    """The `entries` of the `most` names that a score test promises something, best first."""
-    names, out = set(), []
-    least = max([PROMISE, *(0.01 * promise.max() for promise, _, _ in raced_for[:1])])
-    for promise, effect, begins in raced_for:
-        if promise.max() < least and not effect.clock:  # that may show where it was not fitted
+    out, tries = [ranked for ranked, _, _ in asked], []
+    least = min((ranked[0].found.chi2 for ranked in out if ranked), default=0.0)
+    for n, (ranked, chosen, _) in enumerate(asked):
+        best = ranked[0] if ranked else None
+        if best is None or best.found.chi2 > least or best.share < MOSTLY:
             continue
-        if effect.name in names or len(names) < most:
-            names.add(effect.name)
-            out.append((promise, effect, begins))
+        if best.found.chi2 < NOISY * best.found.samples:
+            continue
+        effect = best.found.law.effects[-1]
+        tries += [
+            (n, replace(one, runners=len(one.begins), horizons=(1.0,)))
+            for one in chosen
+            if one.effect is effect and effect.marched
+        ]
+    done = _tried([one for _, one in tries])
+    for (n, _), (_, found, plainer) in zip(tries, done, strict=True):
+        best = out[n][0]
+        if found is not None and not plainer and found.chi2 <= BETTER * best.found.chi2:
+            other = judge(best.names, found, asked[n][2])
+            out[n] = [max(best, other, key=lambda c: c.evidence), *out[n][1:]]
     return out
 
 
-def _tried(start: TimeFit, chosen: list, *, runners: int) -> list:
-    """(name, fit or None where it is vetoed, whether it is outdone) of everyone `chosen`."""
+def _chosen(start: TimeFit, most: int) -> list[Try]:
+    """Searches for the `most` names that a score test promises something, best first."""
+    names, out = set(), []
+    raced_for = entries(start, [*TIME_EFFECTS, *read_off(start)])
+    least = max([PROMISE, *(0.01 * one.promise.max() for one in raced_for[:1])])
+    for one in raced_for:
+        # a clock may show where it was not fitted
+        if one.promise.max() < least and not one.effect.clock:
+            continue
+        if one.effect.name in names or len(names) < most:
+            names.add(one.effect.name)
+            out.append(one)
+    return out
 
-    def tried(promise, effect, begins):
-        found = race(start, effect, begins, promise, runners=runners)
+
+def _tried(tries: list[Try]) -> list:
+    """(Try, fit or None where it is vetoed, whether it is outdone) of each."""
+
+    def tried(one):
+        found = race(one)
         return None if vetoed(found) else (found, outdone(found))
 
     def unpack(n, packed):
         if packed is None:
             return None
-        p, plainer = packed
-        law = raced(start, chosen[n][1])
-        return as_it_stands(law if len(p) == sum(law.sizes()) else crossed(law), p), plainer
+        found, plainer = packed
+        law = tries[n].law
+        own = len(found.parameters) == sum(law.sizes())
+        return replace(found, law=law if own else crossed(law)), plainer
 
-    done = side_by_side(
-        [partial(tried, *entry) for entry in chosen],
-        pack=lambda one: one and (one[0].parameters, one[1]),
+    done = in_step_by_halves(
+        [partial(tried, one) for one in tries],
+        pack=lambda done: done and (replace(done[0], law=None), done[1]),
         unpack=unpack,
     )
-    return [
-        (effect.name, *(one or (None, False)))
-        for (_, effect, _), one in zip(chosen, done, strict=True)
-    ]
+    return [(one, *(found or (None, False))) for one, found in zip(tries, done, strict=True)]
 
 
 def refuted(found: TimeFit) -> bool:

@@ -61,19 +61,26 @@ def fit(law: Law, start: np.ndarray, horizons=(1.0,), evaluations: int = 10) -> 
     return best_fit(law, start[None], horizons, evaluations)
 
 
-def best_fit(law: Law, starts: np.ndarray, horizons=(1.0,), evaluations: int = 10) -> TimeFit:
+def best_fit(
+    law: Law, starts: np.ndarray, horizons=(1.0,), evaluations: int = 10, enough: float = DONE
+) -> TimeFit:
     """The best that `fit` finds from any of `starts` (S, p), all searched at once."""
-    p, jacobian, _ = walked(law, starts, horizons, evaluations)[0]
+    p, jacobian, _ = walked(law, starts, horizons, evaluations, enough=enough)[0]
     return conclude(law, p, jacobian)
 
 
-def walked(law: Law, starts, horizons, evaluations: int, most: int = 2) -> list:
-    """(p, Jacobian, cost) of the best searches from `starts`, `most` at most, best first."""
+def walked(
+    law: Law, starts, horizons, evaluations: int, most: int = 2, enough: float = DONE
+) -> list:
+    """(p, Jacobian, cost) of the best searches from `starts`, `most` at most, best first.
+
+    They end when a look gains less than the share `enough`.
+    """
     low, high = _bounds(law)
     for horizon in horizons:
         short = _cut(law, horizon)
         starts = [np.clip(_gauged(short, p), low + 1e-12, high - 1e-12) for p in starts]
-        end = evaluations, DONE if horizon == 1.0 else NEAR
+        end = evaluations, enough if horizon == 1.0 else NEAR
         walks = _promising(_descend(short, starts, (low, high), end), high - low, most)
         starts = [p for p, _, _ in walks]
     return walks
@@ -174,6 +181,11 @@ def _search(p, bounds, end: tuple[int, float]):
             if damping > 1e6:
                 break
     return p, jacobian, cost
+
+
+def misfits(law: Law, P: np.ndarray) -> np.ndarray:
+    """(B,) chi2 at parameters P (B, p)."""
+    return (residuals(_cut(law, 1.0), P) ** 2).sum(axis=1)
 
 
 def sharp(found: TimeFit) -> TimeFit:

@@ -12,9 +12,10 @@ import numpy as np
 
 from .effects import TIME_EFFECTS
 from .effects.further_mode import ran_off
-from .law import TimeFit
+from .in_step import in_step
+from .law import TimeFit, replace
 from .refit import turned
-from .side_by_side import side_by_side
+from .side_by_side import in_step_by_halves
 from .time_layer import (
     EVIDENCE,
     PROMISE,
@@ -24,10 +25,10 @@ from .time_layer import (
     outdone,
     raced,
     refuted,
-    singles,
+    seconds,
     unlike,
 )
-from .timefit import as_it_stands, best_fit, changes, extend, walked
+from .timefit import best_fit, changes, extend, walked
 
 BEAM = 4  # single effects that a second one is sought beside
 FEW = 2  # modes: with more, so many places tie that the first swings tell nothing
@@ -55,27 +56,32 @@ def pairs(start: TimeFit, ranked: list[Candidate]) -> list[Candidate]:
 
 def _beside(start: TimeFit, ranked: list[Candidate]):
     """Candidates of the best single effects and what shows beside each."""
-    for single in ranked[:BEAM]:
-        if single.evidence < EVIDENCE:
-            break
-        for candidate in singles(single.found, single.names, start, 4):
-            if candidate.found.chi2 > single.found.chi2:
-                continue  # more freedom cannot fit worse: the search went astray
-            if candidate.outdone or (single.outdone and outdone(turned(candidate.found))):
-                continue
-            yield candidate
+    first = [single for single in ranked[:BEAM] if single.evidence >= EVIDENCE]
+    found = [
+        (single, candidate)
+        for single, some in zip(first, seconds(first, [start] * len(first)), strict=True)
+        for candidate in some
+        # more freedom cannot fit worse: else the search went astray
+        if not candidate.outdone and candidate.found.chi2 <= single.found.chi2
+    ]
+    doubtful = [candidate for single, candidate in found if single.outdone]
+    dropped = in_step([lambda c=c: outdone(turned(c.found)) for c in doubtful])
+    gone = {id(c) for c, out in zip(doubtful, dropped, strict=True) if out}
+    return [candidate for _, candidate in found if id(candidate) not in gone]
 
 
 def _of_the_library(start: TimeFit) -> list[Candidate]:
     """Candidates of two effects that the library holds."""
     if start.law.modes > FEW:
         return []
-    known = [e for e in entries(start, TIME_EFFECTS) if e[0].max() > PROMISE]
-    strengths = [[begins[i] for i in unlike(e, begins, promise)] for promise, e, begins in known]
-    tangents = [changes(start, e, s) for (_, e, _), s in zip(known, strengths, strict=True)]
+    known = [one for one in entries(start, TIME_EFFECTS) if one.promise.max() > PROMISE]
+    strengths = [[o.begins[i] for i in unlike(o.effect, o.begins, o.promise)] for o in known]
+    tangents = in_step(
+        [partial(changes, start, o.effect, s) for o, s in zip(known, strengths, strict=True)]
+    )
     twos = []
     for i, j in combinations(range(len(known)), 2):
-        effects = known[i][1], known[j][1]
+        effects = known[i].effect, known[j].effect
         if effects[0].name != effects[1].name:
             gain = _joint_score(tangents[i], tangents[j], start.residuals)
             twos.append((gain, effects, list(product(strengths[i], strengths[j]))))
@@ -86,7 +92,7 @@ def _of_the_library(start: TimeFit) -> list[Candidate]:
         some = [p for p, _, _ in walked(law, starts, HORIZONS[:1], LOOKS, WALKS[0])]
         return walked(law, some, HORIZONS[1:2], LOOKS, WALKS[1])
 
-    walks = side_by_side([partial(begun, effects, begins) for _, effects, begins in twos])
+    walks = in_step_by_halves([partial(begun, effects, begins) for _, effects, begins in twos])
     order = sorted(range(len(twos)), key=lambda n: walks[n][0][2])
     order = [n for n in order if walks[n][0][2] < BEHIND * walks[order[0]][0][2]][:FINALISTS]
 
@@ -97,10 +103,10 @@ def _of_the_library(start: TimeFit) -> list[Candidate]:
         return None if strayed or refuted(turned(found)) or refuted(found) else found
 
     laws = [raced(start, *twos[n][1]) for n in order]
-    found = side_by_side(
+    found = in_step_by_halves(
         [partial(ended, twos[n][1], walks[n]) for n in order],
-        pack=lambda one: one and one.parameters,
-        unpack=lambda n, p: None if p is None else as_it_stands(laws[n], p),
+        pack=lambda one: one and replace(one, law=None),
+        unpack=lambda n, one: one and replace(one, law=laws[n]),
     )
     return [
         judge(tuple(e.name for e in twos[n][1]), one, start)

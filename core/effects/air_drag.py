@@ -12,11 +12,18 @@ import numpy as np
 from .base import Effect, Parameter, too_faint
 
 
-def acceleration(theta, setting, state):
+def acceleration(theta, setting):
     """theta = inner coefficient times the first amplitude (1), spread over the skin."""
-    speed = state.v @ setting.skin
-    work = (speed * np.tile(np.abs(state.v @ setting.facing), 3)) @ setting.wind
-    return -(theta[:, :1] / setting.amplitude) * work
+    skin, facing, wind = setting.skin.T, setting.facing.T, setting.wind.T
+    strength = -theta[:, 0] / setting.amplitude
+
+    def push(state):
+        v = np.ascontiguousarray(state.v)
+        into = np.abs(facing @ v)
+        drag = (skin @ v).reshape(3, len(facing), len(theta)) * into
+        return strength * (wind @ drag.reshape(len(skin), len(theta)))
+
+    return push
 
 
 def report(theta, setting, shape):

@@ -12,11 +12,11 @@ from . import perspective
 from .base import Effect, Parameter
 
 
-def force(theta, setting, state):
+def force(theta, setting):
     """Even force at the reference; theta = (b, p)."""
-    size = np.abs(state.x) / setting.amplitude + 1e-12
-    even = theta[:, 0] * size ** theta[:, 1] * setting.amplitude
-    return -(setting.omega[0] ** 2) * even
+    stiffness = -(setting.omega[0] ** 2) * theta[:, 0] * setting.amplitude
+    power = theta[:, 1]
+    return lambda state: stiffness * (np.abs(state.x) / setting.amplitude + 1e-12) ** power
 
 
 def report(theta, setting, shape):

@@ -88,10 +88,10 @@ class Effect:
     """A physical effect. Empty hooks are not its business.
 
     Time layer, in inner parameters theta (B, p), which are dimensionless (see each file):
-      force(theta, setting, state) -> (B,)            at one place on the body, per first modal
-          mass; where the place is (its share in the higher modes) is fitted too; `state` is a
-          State with u, v, t and the effect's own memory, which the hook updates
-      acceleration(theta, setting, state) -> (B, K)   the same, spread over the modes by itself
+      force(theta, setting) -> (State -> (B,))        at one place on the body, per first modal
+          mass; where the place is (its share in the higher modes) is fitted too; what it returns
+          is called once a step, and may remember
+      acceleration(theta, setting) -> (State -> (K, B))  the same, spread over the modes by itself
       columns(theta, setting, time, u) -> (B, T, q)   motion with a free shape
       beside(theta, omega, zeta, time) -> (B, T, q)   the same, of the modes' own pitches (B, K) as
           they are fitted; it goes before `columns`
@@ -115,8 +115,6 @@ class Effect:
     force: Callable | None = None
     acceleration: Callable | None = None
     sudden: bool = False  # so stiff at some instants that it is always marched in FINE steps
-    memory: int = 0  # numbers kept per simulated motion; -1 = one per mode
-    begin: Callable | None = None  # (theta, setting, u) -> (B, memory), at release
     columns: Callable | None = None
     beside: Callable | None = None
     channels: Callable | None = None  # (theta, setting, take) -> (C,) bool: who has the columns
@@ -140,17 +138,16 @@ class Effect:
         return bool(self.force or self.acceleration)
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, slots=True)
 class State:
-    """Batch of motions at one instant, for `acceleration`."""
+    """Batch of motions at one instant."""
 
-    u: np.ndarray  # (B, K) m
-    v: np.ndarray  # (B, K) m/s
+    u: np.ndarray  # (K, B) m
+    v: np.ndarray  # (K, B) m/s
     t: float  # s
     h: float  # s, the step
     x: np.ndarray  # (B,) m at the effect's place, as mode 1 moves the reference
     dx: np.ndarray  # (B,) m/s
-    memory: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)

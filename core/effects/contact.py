@@ -15,10 +15,11 @@ LEAST_GAP = 0.02  # of the amplitude
 
 
 def _side(side):
-    def force(theta, setting, state):
-        gap = theta[:, 0] * setting.amplitude
-        push = np.maximum(0.0, side * state.x - gap) * np.exp(theta[:, 1])
-        return -(setting.omega[0] ** 2) * side * push
+    def force(theta, setting):
+        gap = side * theta[:, 0] * setting.amplitude
+        stiffness = -(setting.omega[0] ** 2) * np.exp(theta[:, 1])
+        beyond = np.maximum if side > 0 else np.minimum
+        return lambda state: stiffness * beyond(0.0, state.x - gap)
 
     return force
 

@@ -11,13 +11,19 @@ import numpy as np
 from .base import Effect, Parameter, too_faint
 
 
-def force(theta, setting, state):
+def force(theta, setting):
     """theta = (force over modal stiffness times amplitude, log of travel over amplitude)."""
-    travel = np.exp(theta[:, 1]) * setting.amplitude
-    memory = np.clip(state.memory[:, 0] + state.dx * state.h / travel, -1, 1)
-    state.memory = memory[:, None]
+    per_metre = np.exp(-theta[:, 1]) / setting.amplitude
     size = theta[:, 0] * setting.omega[0] ** 2 * setting.amplitude
-    return -size * memory
+    slip = np.zeros(len(theta))
+
+    def push(state):
+        np.add(slip, state.dx * (state.h * per_metre), out=slip)
+        np.minimum(slip, 1.0, out=slip)
+        np.maximum(slip, -1.0, out=slip)
+        return -size * slip
+
+    return push
 
 
 def report(theta, setting, shape):
@@ -42,8 +48,6 @@ EFFECT = Effect(
     ],
     force=force,
     sudden=True,
-    memory=1,
-    begin=lambda theta, setting, u: np.zeros((len(u), 1)),
     report=report,
     veto=too_faint,
 )

@@ -16,11 +16,16 @@ BENDS = (-0.6, 2.0)
 STEEPEST = 0.2  # least 1 + q x^2/A^2: the law has a pole where that is nought
 
 
-def force(theta, setting, state):
+def force(theta, setting):
     """Odd force at its place; theta = (pitch shift at the first amplitude by x^3, q)."""
-    square = (state.x / setting.amplitude) ** 2
-    odd = state.x * square / np.maximum(1 + theta[:, 1] * square, STEEPEST)
-    return -(8 / 3) * setting.omega[0] ** 2 * theta[:, 0] * odd
+    cubic = -(8 / 3) * (setting.omega[0] / setting.amplitude) ** 2 * theta[:, 0]
+    bend = theta[:, 1] / setting.amplitude**2
+
+    def push(state):
+        square = state.x * state.x
+        return cubic * square * state.x / np.maximum(1 + bend * square, STEEPEST)
+
+    return push
 
 
 def report(theta, setting, shape):

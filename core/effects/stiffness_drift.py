@@ -16,13 +16,17 @@ BENDS = (-1.0, 2.0)
 SOFTEST = -0.95  # least relative change that leaves a stiffness
 
 
-def acceleration(theta, setting, state):
+def acceleration(theta, setting):
     """theta = (the first rate, the bend) by the longest fitted part."""
-    s = state.t / setting.duration
     bend = np.where(np.abs(theta[:, 1]) < 1e-6, 1e-6, theta[:, 1])
-    share = theta[:, 0] * -np.expm1(-bend * s) / bend
-    share = np.maximum(share, SOFTEST)
-    return -share[:, None] * setting.omega**2 * state.u
+    pace, rate = -bend / setting.duration, theta[:, 0] / bend
+    stiffness = setting.omega[:, None] ** 2
+
+    def push(state):
+        less = np.minimum(rate * np.expm1(state.t * pace), -SOFTEST)
+        return less * stiffness * state.u
+
+    return push
 
 
 def report(theta, setting, shape):

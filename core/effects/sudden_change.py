@@ -13,11 +13,17 @@ from .base import Effect
 RISE = 0.25  # of the first period
 
 
-def acceleration(theta, setting, state):
+def acceleration(theta, setting):
     """theta = (relative change of stiffness, instant over the longest fitted part)."""
-    period = 2 * np.pi / setting.omega[0]
-    after = np.clip((state.t - theta[:, 1] * setting.duration) / (RISE * period) + 0.5, 0, 1)
-    return -(theta[:, 0] * after)[:, None] * setting.omega**2 * state.u
+    rise = RISE * 2 * np.pi / setting.omega[0]
+    begun = theta[:, 1] * setting.duration - 0.5 * rise
+    stiffness = -(setting.omega[:, None] ** 2) * theta[:, 0]
+
+    def push(state):
+        after = np.minimum(np.maximum((state.t - begun) / rise, 0.0), 1.0)
+        return after * stiffness * state.u
+
+    return push
 
 
 FOIL = Effect(

@@ -12,11 +12,16 @@ from . import dry_friction
 from .base import Effect
 
 
-def force(theta, setting, state):
+def force(theta, setting):
     """theta = (those of dry_friction, share that speed takes away, log of speed over omega A)."""
     pace = np.exp(theta[:, 3]) * setting.omega[0] * setting.amplitude
-    slow = np.exp(-((state.dx / pace) ** 2))
-    return dry_friction.force(theta, setting, state) * (1 - theta[:, 2] * (1 - slow))
+    plain = dry_friction.force(theta, setting)
+
+    def push(state):
+        slow = np.exp(-((state.dx / pace) ** 2))
+        return plain(state) * (1 - theta[:, 2] * (1 - slow))
+
+    return push
 
 
 FOIL = Effect(
@@ -29,8 +34,6 @@ FOIL = Effect(
     high=(*dry_friction.EFFECT.high, 0.98, np.log(0.5)),
     force=force,
     sudden=True,
-    memory=1,
-    begin=dry_friction.EFFECT.begin,
 )
 
 

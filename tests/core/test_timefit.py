@@ -31,7 +31,7 @@ from core.settle import astray
 from core.simulate import COARSE, swing
 from core.sufficiency import AHEAD, ENOUGH, counts_second, strays, sufficient
 from core.tell import parameters
-from core.time_layer import judge, race
+from core.time_layer import Try, judge, race
 from core.timefit import best_fit, extend, fit, screen, sharp
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
 
@@ -119,7 +119,7 @@ def declared(*data, condition=(0,)):
 
 def raced(found, effect):
     begins = effect.starts(found.law.setting, None)
-    return race(found, effect, begins, screen(found, effect, begins))
+    return race(Try(found, screen(found, effect, begins), effect, begins))
 
 
 def test_the_linear_part_is_that_of_least_squares_a_channel():
@@ -203,11 +203,13 @@ def test_friction_that_weakens_with_speed_is_told_from_plain_friction():
 
 
 def test_a_weakening_rub_is_plain_at_rest_and_weak_at_speed():
-    rest = SimpleNamespace(dx=np.zeros(1), h=0.0, memory=np.ones((1, 1)))
-    fast = SimpleNamespace(dx=np.full(1, 1e3), h=0.0, memory=np.ones((1, 1)))
     theta = np.array([[0.1, np.log(0.02), 0.75, np.log(0.1)]])
-    slow, quick = (weakening_friction.FOIL.force(theta, setting(), s)[0] for s in (rest, fast))
-    assert slow == pytest.approx(dry_friction.force(theta, setting(), rest)[0])
+    fast, rest = SimpleNamespace(dx=np.full(1, 1e3), h=1.0), SimpleNamespace(dx=np.zeros(1), h=1.0)
+    weakening, plain = (
+        friction.force(theta, setting()) for friction in (weakening_friction.FOIL, dry_friction)
+    )
+    quick, slow = (weakening(state)[0] for state in (fast, rest))
+    assert slow == pytest.approx([plain(state)[0] for state in (fast, rest)][1])
     assert quick == pytest.approx(slow / 4)
 
 
