@@ -4,8 +4,8 @@ import numpy as np
 
 from .compare import Hypothesis
 from .diagnosis import Verdict
+from .ground import Ground
 from .match import mac
-from .modal_layer import Ground
 from .residual import nrmse
 
 BENT = 0.95  # MAC below which a computed shape is not the measured one

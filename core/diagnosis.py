@@ -16,7 +16,7 @@ import numpy as np
 from .damping import find_damping
 from .decidable import undecidable
 from .effects import DAMPING
-from .foils import is_broken, weakens
+from .foils import is_broken, weakens, weakens_rather
 from .forgotten import more_modes
 from .in_step import in_step
 from .law import TimeFit
@@ -144,7 +144,7 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
             return Verdict("unexplained", chain, (), (), ranked, ())
         if weakens(declared, strong[0]):
             return _partly(chain, strong[0], strong, ranked)
-        return _add_second(chain, strong, ranked, over)
+        return _unless_it_weakens(_add_second(chain, strong, ranked, over), able)
     doubtful = [c for c in able if c.outdone]
     beam = sorted([*strong, *doubtful], key=lambda c: -c.evidence)
     found = _polished(pairs(declared, beam), declared, widen)
@@ -163,7 +163,7 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
             (),
         )
     if both:
-        return _two(chain, both, ranked, able)
+        return _unless_it_weakens(_two(chain, both, ranked, able), able)
     nearly = _stand([c for c in found if sufficient(c, ENOUGH_BOTH, nearly=True)])
     if nearly and beats_single(nearly[0], strong, over):
         return replace(_two(chain, nearly, ranked, able), verdict="unexplained")
@@ -171,6 +171,18 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     if partial:
         return _partly(chain, partial[0], strong, ranked)
     return Verdict("unexplained", chain, (), (), ranked, ())
+
+
+def _unless_it_weakens(verdict: Verdict, able: list[Candidate]) -> Verdict:
+    """The verdict, unexplained where two effects stand in for a rub that weakens with speed."""
+    rubs = [c for c in able if c.names == ("dry_friction",)]
+    named = [name for name, _ in verdict.chain]
+    if len(verdict.effects) < 2 or "dry_friction" not in named or not rubs:
+        return verdict
+    declared = verdict.chain[0][1]
+    if not weakens_rather(declared, verdict.final, rubs[0]):
+        return verdict
+    return replace(verdict, verdict="unexplained")
 
 
 def _stand(found: list[Candidate]) -> list[Candidate]:

@@ -9,6 +9,7 @@ from .time_layer import EVIDENCE, Candidate, Try, judge, race
 from .timefit import best_fit, fit, screen, sharp
 
 HALF = 0.5  # of what the best effect leaves is what a sudden change may leave to be the cause
+NEARLY = 0.9  # of what two effects gain over a plain friction, that this law gains
 WEAKENED = 0.7  # the same of a friction's own law, freed to weaken
 
 
@@ -30,20 +31,39 @@ def weakens(declared: TimeFit, best: Candidate) -> bool:
     plain = sharp(best.found)
     if _over(plain) < QUIET - 1:
         return False
-    begins = weakening_friction.starts(plain.theta[-1][0])
-    law, starts = swapped(plain, weakening_friction.FOIL, begins)
-    weak = best_fit(law, starts, evaluations=20)
+    weak = _weakened(plain)
     # the foil may only have led the way to a better plain one
     begins = [weakening_friction.without(weak.theta[-1][0])]
     law, starts = swapped(weak, plain.law.effects[-1], begins)
     again = fit(law, starts[0], evaluations=20)
     plain = min(plain, again, key=lambda found: found.chi2)
     before, after = (judge(best.names, found, declared).evidence for found in (plain, weak))
-    return after > before + EVIDENCE and _over(weak) < WEAKENED * _over(plain)
+    # where it comes to rest a rub is hard to foretell, and the fitted part may say it alone
+    less = any(
+        _over(weak, parts) < WEAKENED * _over(plain, parts) for parts in ((False, True), (False,))
+    )
+    return after > before + EVIDENCE and less
 
 
-def _over(found: TimeFit) -> float:
-    """Misfit beyond noise per sample, of those fitted and those held out."""
-    parts = [misfit(found.law.takes, found.predicted, held) for held in (False, True)]
-    left, count = (sum(part) for part in zip(*parts, strict=True))
+def weakens_rather(declared: TimeFit, both: TimeFit, rub: Candidate) -> bool:
+    """Whether one rub that weakens with speed adds to the plain `rub` what the two effects of a fit
+    add, or nearly that: one law that is not known is likelier than two that are.
+    """
+    plain = sharp(rub.found)
+    fits = plain, sharp(both), _weakened(plain)
+    alone, pair, weak = (judge(rub.names, found, declared).evidence for found in fits)
+    return weak > alone + EVIDENCE and weak - alone > NEARLY * (pair - alone)
+
+
+def _weakened(plain: TimeFit) -> TimeFit:
+    """The fit with a rub that may weaken in place of its last effect, a plain one."""
+    begins = weakening_friction.starts(plain.theta[-1][0])
+    law, starts = swapped(plain, weakening_friction.FOIL, begins)
+    return best_fit(law, starts, evaluations=20)
+
+
+def _over(found: TimeFit, parts: tuple[bool, ...] = (False, True)) -> float:
+    """Misfit beyond noise per sample, of those fitted (False), those held out (True), or both."""
+    each = [misfit(found.law.takes, found.predicted, held) for held in parts]
+    left, count = (sum(part) for part in zip(*each, strict=True))
     return left / max(count, 1) - 1

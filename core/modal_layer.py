@@ -7,13 +7,12 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.optimize import minimize, minimize_scalar
 
-from .body import Body
-from .channels import Channels
-from .compare import PIECES, Hypothesis, Measured, compare
+from .compare import PIECES, Hypothesis, compare
 from .effects import MODAL_EFFECTS
 from .effects.base import Effect, Family
 from .errors import DataError
 from .factorization import factorize
+from .ground import Ground
 from .side_by_side import side_by_side
 
 CHOICES = 10  # places or axes whose numbers are refined
@@ -33,19 +32,6 @@ class Suspect:
     evidence: float
     cost: float
     near: list  # (cost, report) within the 95 % region
-
-
-@dataclass(frozen=True, eq=False)
-class Ground:
-    """What every suspect is fitted on."""
-
-    body: Body
-    data: Channels
-    measured: Measured
-    base: Hypothesis
-    shrink: np.ndarray  # (m,) converged over computed eigenvalues
-    damping_ratio: np.ndarray  # (K,) of the measured modes, without what acts in time
-    pull: np.ndarray | None = None  # (3P,) N, the body's own weight where the sag is known
 
 
 def suspects(ground: Ground, names: list[str]) -> list[Suspect]:

@@ -147,7 +147,8 @@ class _Push:
             couple = np.ones((len(setting.omega), len(theta)))
             couple[1:] = theta[:, len(effect.low) :].T
             past = self.past[effect] = np.zeros((count + 1, ends[-1]))
-            own = couple, couple * setting.masses[:, None], past
+            alone = len(couple) == 1  # one mode moves every place alike
+            own = None if alone else couple, couple * setting.masses[:, None], past
             self.parts.append((at, effect.force(theta, setting), own))
 
     def kick(self, state, i: int, h: float, out) -> None:
@@ -162,7 +163,7 @@ class _Push:
                 out[:, at] += push(State(u, v, i * h, h, u[0], v[0]))
                 continue
             couple, drive, past = own
-            x, dx = np.add.reduce(here * couple, axis=1)
+            x, dx = here[:, 0] if couple is None else np.add.reduce(here * couple, axis=1)
             f = past[i, at] = push(State(u, v, i * h, h, x, dx))
             out[:, at] += f * drive
 

@@ -28,6 +28,7 @@ EVIDENCE = 20.0  # least gain in BIC (Kass and Raftery 1995 call 10 very strong)
 MATERIAL = 0.005  # least share of the motion's RMS
 NEARLY = 0.80  # of the best one's gain makes a twin
 PROMISE = 8.0  # least gain in chi2 that a score test must see before an effect is fitted
+FEEBLE = 0.2  # the same over what a quiet fit leaves beyond noise
 SETTLED = 0.95  # share of the excess from which what comes later gets one start only
 BEGUN = 7  # places that a fit begins from: the marker and the six farthest apart on the body
 FIRSTS = 10  # names that are tried alone, at most
@@ -305,6 +306,8 @@ def _chosen(start: TimeFit, most: int) -> list[Try]:
     names, out = set(), []
     raced_for = entries(start, [*TIME_EFFECTS, *read_off(start)])
     least = max([PROMISE, *(0.01 * one.promise.max() for one in raced_for[:1])])
+    if start.chi2 < NOISY * start.samples:  # near enough for the test to be nearly exact
+        least = max(least, FEEBLE * (start.chi2 - start.samples))
     for one in raced_for:
         # a clock may show where it was not fitted
         if one.promise.max() < least and not one.effect.clock:

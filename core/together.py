@@ -1,8 +1,9 @@
 """Two effects at once, for neither may show as long as the other one is missing.
 
-Beside each of the best single effects a second one is sought. Where one mode or two tell all, and
-a search is cheap, those of the library are also sought two by two, from all their strengths, on
-growing shares of the record: a joint score test tells which two, the first swings from where.
+Beside each of the best single effects a second one is sought. Where that does not tell all, and one
+mode or two do, so that a search is cheap, those of the library are also sought two by two, from all
+their strengths, on growing shares of the record: a joint score test tells which two, the first
+swings from where.
 """
 
 from functools import partial
@@ -15,6 +16,7 @@ from .effects.further_mode import ran_off
 from .in_step import in_step
 from .law import TimeFit, replace
 from .refit import turned
+from .residual import NOISY
 from .side_by_side import in_step_by_halves
 from .time_layer import (
     EVIDENCE,
@@ -46,8 +48,10 @@ def pairs(start: TimeFit, ranked: list[Candidate]) -> list[Candidate]:
 
     One that was outdone alone may yet be there beside another, where nothing plainer does as well.
     """
-    best = {}
-    for candidate in [*_of_the_library(start), *_beside(start, ranked)]:
+    best, found = {}, _beside(start, ranked)
+    if not any(c.found.chi2 < NOISY * c.found.samples for c in found):
+        found = [*_of_the_library(start), *found]
+    for candidate in found:
         key = tuple(sorted(candidate.names))
         if key not in best or candidate.evidence > best[key].evidence:
             best[key] = candidate

@@ -1,0 +1,159 @@
+"""What was measured of the body, beside the body as it is declared."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .baseline import px_per_metre, real_shapes
+from .body import Body
+from .camera_layer import true_frequency
+from .channels import Channels
+from .compare import PITCH_FLOOR, SHAPE_FLOOR, Hypothesis, Measured, compare, rematched
+from .diagnosis import Verdict
+from .effects.further_mode import is_a_mode, is_further, pitch_of
+from .elasticity import gravity_force, static
+from .joint import Heard
+from .law import TimeFit
+from .tell import inflation, parameters
+
+LOUD = 0.3  # of the strongest mode's motion, rms, from which one that was not matched counts
+SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
+BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
+SETTLED = 0.05  # of the sag: error of geometry, density and a creep that nothing shows
+CREPT = 0.15  # the same where a creep may be at work
+TILTED = 1.4  # of the sag over the length: how far a cantilever's end turns
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """What every suspect is fitted on."""
+
+    body: Body
+    data: Channels
+    measured: Measured
+    base: Hypothesis
+    shrink: np.ndarray  # (m,) converged over computed eigenvalues
+    damping_ratio: np.ndarray  # (K,) of the measured modes, without what acts in time
+    pull: np.ndarray | None = None  # (3P,) N, the body's own weight where the sag is known
+
+
+def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
+    final = verdict.final
+    data = final.law.takes[final.law.fitted[0]]
+    body, further = heard.body, further_modes(verdict)
+    model_error = sigma[list(heard.match.modes)]
+    model_error = np.r_[model_error, np.full(len(further), sigma.max())]
+    at = [*range(final.law.modes), *(one.at for one in further)]
+    spread = np.sqrt(np.maximum(np.diag(final.covariance)[at], 0) * inflation(final))
+    bias = BIASED * max(_moved(final, verdict.damped), _bent(final))
+    error = np.sqrt(spread**2 + bias**2 + (0.5 * model_error) ** 2 + PITCH_FLOOR**2)
+    samples = max(int(data.fit.sum()), 1)
+    shapes = np.vstack([final.shapes, *(one.shape for one in further)])
+    size = np.abs(shapes).max(axis=1, keepdims=True)
+    swing = np.array([*(u.std() for u in final.motions[0].T), *(one.swing for one in further)])
+    left = (data.values - final.predicted[final.law.fitted[0]])[data.fit]
+    rest = SPILL * np.sqrt(np.nanmean(left**2, axis=0)) / np.maximum(swing[:, None], 1e-300)
+    noise = data.sigma / np.maximum(swing[:, None], 1e-300) / np.sqrt(samples / 2)
+    shape_error = np.sqrt(noise**2 + rest**2 + (SHAPE_FLOOR * size) ** 2)
+    shape_error = np.where(data.support, 1e12, shape_error)
+    sag, pull, unit = None, None, None
+    case = body.case
+    if case.shape == "unloaded" and case.takes[0].gravity is not None:
+        offset = final.coefficients[:, final.law.own * final.law.conditions]
+        sag = np.where(data.support, 0.0, offset - data.rest)
+        pull = gravity_force(body.model, case.takes[0].gravity)
+        unit = body.seen(data, static(body.model, pull, 1.0)[:, :, None])[0]
+        length = np.ptp(body.model.points, axis=0).max()
+        tilt = TILTED * np.abs(sag).max() / px_per_metre(data) / length
+        shape_error = np.hypot(shape_error, tilt * size)  # it swings about where it hangs
+    measured = Measured(
+        np.r_[true_frequency(heard, final), [one.frequency for one in further]],
+        error,
+        shapes,
+        shape_error,
+        sag,
+        softer(final)[0],
+        CREPT if _creeps(verdict) else SETTLED,
+    )
+    shrink = 1 / (1 + stiff)
+    values = (2 * np.pi * body.modes.frequency) ** 2 * shrink
+    base = compare(measured, values, body.seen(data), unit)
+    if base is None:
+        return None
+    base = rematched(measured, values, body.seen(data), unit, base)
+    ratios = np.r_[verdict.damped.damping_ratio, [one.damping_ratio for one in further]]
+    return Ground(body, data, measured, base, shrink, ratios, pull)
+
+
+@dataclass(frozen=True, eq=False)
+class FurtherMode:
+    """A mode that no computed one was matched to."""
+
+    frequency: float  # Hz
+    damping_ratio: float
+    shape: np.ndarray  # (C,)
+    swing: float  # rms of what the shape is multiplied by
+    at: int  # of its pitch among the fit's parameters
+
+
+def further_modes(verdict: Verdict, least: float = LOUD) -> list[FurtherMode]:
+    """The further modes of a take in which nothing acts in time, `least` times as strong as the
+    strongest matched one, rms.
+
+    A body that is as declared shows no loud mode that it does not have.
+    """
+    final = verdict.final
+    law = final.law
+    if acts(final):
+        return []
+    data = law.takes[law.fitted[0]]
+    known = np.sqrt(((final.motions[0].std(axis=0)[:, None] * final.shapes) ** 2).sum(axis=1))
+    out, at = [], sum(law.sizes()[:2])
+    for effect, theta, shape in zip(law.effects, final.theta, final.column_shapes(), strict=True):
+        if is_further(effect) and is_a_mode(effect, theta[0]):
+            waves = effect.columns(theta, law.setting, data.time[None], final.motions[0][None])[0]
+            amplitude = shape @ np.array([1, -1j])
+            real = real_shapes(amplitude[None])[0][0]
+            swing = waves.std(axis=0).mean()
+            if swing * np.linalg.norm(real) > least * known.max():
+                f = pitch_of(effect, theta[0])
+                out.append(FurtherMode(f, float(theta[0][1]), real, float(swing), at))
+        at += theta.shape[1]
+    return out
+
+
+def _moved(final: TimeFit, declared: TimeFit) -> float:
+    """The most, relatively, that the effects in time moved a pitch by."""
+    return float(np.abs(np.log(final.frequency / declared.frequency)).max())
+
+
+def _bent(final: TimeFit) -> float:
+    """How far the pitches of the two sides of an uneven stiffness lie from their middle."""
+    told = [
+        parameters(final, i)["ratio"]["value"]
+        for i, effect in enumerate(final.law.effects)
+        if effect.name == "asymmetric_stiffness"
+    ]
+    return float(np.log(max(told, default=1.0)) / 4)
+
+
+def acts(final: TimeFit) -> bool:
+    """Whether an effect in time, declared or found, is in the fit."""
+    return any(effect.layer in ("time", "camera") for effect in final.law.effects)
+
+
+def _creeps(verdict: Verdict) -> bool:
+    """Whether something moves the mean that may be a creep, which goes on after the recording."""
+    there = [effect.name for effect in verdict.final.law.effects]
+    return "relaxation" in [*there, *(t for ts in verdict.twins for t in ts)]
+
+
+def softer(final: TimeFit) -> tuple[float, float]:
+    """Static over dynamic stiffness where a relaxation was found, and the least that it may be."""
+    for i, effect in enumerate(final.law.effects):
+        if effect.name == "relaxation":
+            told = parameters(final, i)
+            turns = (2 * np.pi * final.frequency[0] * told["time"]["value"]) ** 2
+            ratios = told["ratio"]["value"], told["ratio"]["ci95"][1]
+            return tuple(1 / (1 + ratio * turns / (1 + turns)) for ratio in ratios)
+    return 1.0, 1.0

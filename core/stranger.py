@@ -1,0 +1,31 @@
+"""Modes that the body does not have: something in it, or on it, swings by itself."""
+
+import numpy as np
+
+from .diagnosis import Verdict
+from .ground import Ground, further_modes
+
+AUDIBLE = 0.01  # of the strongest mode's motion, rms, from which a further mode is asked after
+STRANGE = 0.05  # relative, from every pitch that the body has: no error of a mesh is that large
+REACH = 0.9  # of the highest computed pitch, up to which the body's modes are known
+FOLDS = 3  # times the rate of the frames, by which a high mode may be seen folded down
+
+
+def strangers(verdict: Verdict, ground: Ground) -> list[float]:
+    """Pitches (Hz) of what swings in the takes and is no mode of the body as declared."""
+    own = ground.body.modes.frequency * np.sqrt(ground.shrink * ground.base.modulus)
+    rate = 1 / ground.data.frame
+    folded = np.abs(np.add.outer(np.arange(-FOLDS, FOLDS + 1) * rate, own)).ravel()
+    heard = [one.frequency for one in further_modes(verdict, AUDIBLE)]
+    return [
+        f for f in heard if f < REACH * own.max() and np.abs(np.log(folded / f)).min() > STRANGE
+    ]
+
+
+def told(pitches: list[float]) -> str:
+    """The line about them."""
+    named = ", ".join(f"{f:.4g}" for f in pitches)
+    return (
+        f"Something swings at {named} Hz, and the body as declared has no such mode: a loose part, "
+        "something inside, or what it stands on. Film that too, or hold it still and film again."
+    )
