@@ -36,6 +36,7 @@ class _Crew:
 
     def __init__(self):
         self.lock = threading.Lock()
+        self.turn = threading.Lock()  # one at a time: threads that vie for the interpreter are slow
         self.busy = 0  # threads that neither ask nor wait for those that they began
         self.asking = []
 
@@ -46,7 +47,8 @@ class _Crew:
         def work(n, job):
             _here.crew, _here.place = self, (*(parent or ()), n)
             try:
-                return job()
+                with self.turn:
+                    return job()
             finally:
                 with self.lock:
                     left[0] -= 1
@@ -56,8 +58,12 @@ class _Crew:
 
         with self.lock:
             self.busy += len(jobs) - (parent is not None)
+        if parent is not None:
+            self.turn.release()
         with ThreadPoolExecutor(len(jobs)) as threads:
             done = [threads.submit(work, *pair) for pair in enumerate(jobs)]
+        if parent is not None:
+            self.turn.acquire()
         return [one.result() for one in done]
 
     def ask(self, question, answer):
@@ -65,8 +71,12 @@ class _Crew:
         with self.lock:
             self.asking.append(one)
             self.busy -= 1
+        self.turn.release()
         self._answer()
-        return one[-1].result()
+        try:
+            return one[-1].result()
+        finally:
+            self.turn.acquire()
 
     def _answer(self) -> None:
         """All that is asked, if everybody waits for it."""
