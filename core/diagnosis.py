@@ -153,6 +153,8 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
         return Verdict("unexplained", chain, (), (), ranked, ())
     least = strong[0].evidence if strong else 0.0
     one = one_of(declared, both[0].found, over, least) if both else None
+    if one and weakens(declared, one):
+        return _partly(chain, one, strong, ranked)
     if one:
         return Verdict(
             "explained",
@@ -167,14 +169,14 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     nearly = _stand([c for c in found if sufficient(c, ENOUGH_BOTH, nearly=True)])
     if nearly and beats_single(nearly[0], strong, over):
         return replace(_two(chain, nearly, ranked, able), verdict="unexplained")
-    partial = [c for c in strong[:1] if c.share > 0.3 and not c.held_share < 0.3]
-    if partial:
-        return _partly(chain, partial[0], strong, ranked)
+    part = [c for c in strong[:1] if c.share > 0.3 and not c.held_share < 0.3]
+    if part:
+        return _partly(chain, part[0], strong, ranked)
     return Verdict("unexplained", chain, (), (), ranked, ())
 
 
 def _unless_it_weakens(verdict: Verdict, able: list[Candidate]) -> Verdict:
-    """The verdict, unexplained where two effects stand in for a rub that weakens with speed."""
+    """The verdict; a plain rub as a part where two effects stand in for one that weakens."""
     rubs = [c for c in able if c.names == ("dry_friction",)]
     named = [name for name, _ in verdict.chain]
     if len(verdict.effects) < 2 or "dry_friction" not in named or not rubs:
@@ -182,7 +184,7 @@ def _unless_it_weakens(verdict: Verdict, able: list[Candidate]) -> Verdict:
     declared = verdict.chain[0][1]
     if not weakens_rather(declared, verdict.final, rubs[0]):
         return verdict
-    return replace(verdict, verdict="unexplained")
+    return _partly(verdict.chain[:1], rubs[0], [], verdict.ranked)
 
 
 def _stand(found: list[Candidate]) -> list[Candidate]:

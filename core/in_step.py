@@ -1,12 +1,13 @@
 """Searches that go in step: what all of them ask for at a time is worked out in one go.
 
 Each search runs in a thread of its own until it asks; when every one of them waits for an answer,
-the questions are put together. Which ones those are depends on no timing, so neither do results.
+the questions are put together. Which ones those are depends on no timing. One thread runs at a
+time: those that vie for the interpreter are slow.
 """
 
 import threading
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, Future, wait
 
 _here = threading.local()  # who this thread is: its crew, and its place among that
 
@@ -16,10 +17,10 @@ def in_step(jobs: list[Callable[[], object]]) -> list:
 
     Jobs may call this themselves; theirs go in step with all the others.
     """
-    crew = getattr(_here, "crew", None)
     if len(jobs) < 2:
         return [job() for job in jobs]
-    return (crew or _Crew()).run(jobs, _here.place if crew else None)
+    crew = getattr(_here, "crew", None)
+    return crew.run(jobs, _here.place) if crew else _Crew().run(jobs)
 
 
 def asked(question, answer: Callable[[list], list]):
@@ -32,49 +33,62 @@ def asked(question, answer: Callable[[list], list]):
 
 
 class _Crew:
-    """Threads that go in step."""
+    """Threads that go in step; daemons, so that nobody waits for them when the process ends."""
 
     def __init__(self):
-        self.lock = threading.Lock()
-        self.turn = threading.Lock()  # one at a time: threads that vie for the interpreter are slow
+        self.lock = threading.Lock()  # of the three that follow
         self.busy = 0  # threads that neither ask nor wait for those that they began
         self.asking = []
+        self.stopped = False
+        self.turn = threading.Lock()  # whose it is runs
 
-    def run(self, jobs, parent: tuple | None) -> list:
-        """What the jobs of `parent`, a place in this crew, return."""
-        left = [len(jobs)]
+    def run(self, jobs, parent: tuple | None = None) -> list:
+        """What the jobs of `parent`, a place in this crew, return; it waits meanwhile.
+
+        Where the waiting is interrupted all that goes in step ends at its next question.
+        """
+        done, left = [Future() for _ in jobs], [len(jobs)]
 
         def work(n, job):
             _here.crew, _here.place = self, (*(parent or ()), n)
-            try:
-                with self.turn:
-                    return job()
-            finally:
-                with self.lock:
-                    left[0] -= 1
-                    # the last one's turn is the parent's again
-                    self.busy -= not (parent is not None and left[0] == 0)
-                self._answer()
+            with self.turn:
+                result, error = _outcome(job)
+            with self.lock:
+                left[0] -= 1
+                # the last one's turn is the parent's again
+                self.busy -= not (parent is not None and left[0] == 0)
+            done[n].set_exception(error) if error else done[n].set_result(result)
+            self._answer()
+
+        def begun():
+            for pair in enumerate(jobs):
+                threading.Thread(target=work, args=pair, daemon=True).start()
+            wait(done)
 
         with self.lock:
             self.busy += len(jobs) - (parent is not None)
-        if parent is not None:
-            self.turn.release()
-        with ThreadPoolExecutor(len(jobs)) as threads:
-            done = [threads.submit(work, *pair) for pair in enumerate(jobs)]
-        if parent is not None:
-            self.turn.acquire()
+        try:
+            begun() if parent is None else self._meanwhile(begun)
+        except BaseException:
+            self._stop()
+            raise
         return [one.result() for one in done]
 
     def ask(self, question, answer):
-        one = _here.place, question, answer, Future()
+        """What `answer` says to the question."""
+        told = Future()
         with self.lock:
-            self.asking.append(one)
+            if self.stopped:
+                raise CancelledError
+            self.asking.append((_here.place, question, answer, told))
             self.busy -= 1
+        return self._meanwhile(lambda: self._answer() or told.result())
+
+    def _meanwhile(self, waits):
+        """What `waits` returns; others run in the meantime."""
         self.turn.release()
-        self._answer()
         try:
-            return one[-1].result()
+            return waits()
         finally:
             self.turn.acquire()
 
@@ -86,11 +100,23 @@ class _Crew:
             some, self.asking = sorted(self.asking, key=lambda one: one[0]), []
             self.busy = len(some)
         _, questions, answers, told = zip(*some, strict=True)
-        try:
-            results = answers[0](list(questions))
-        except Exception as error:  # noqa: BLE001  (raised where they were asked)
-            for one in told:
-                one.set_exception(error)
-        else:
-            for one, result in zip(told, results, strict=True):
-                one.set_result(result)
+        results, error = _outcome(lambda: list(zip(told, answers[0](list(questions)), strict=True)))
+        for one in told if error else ():
+            one.set_exception(error)
+        for one, result in results or ():
+            one.set_result(result)
+
+    def _stop(self) -> None:
+        with self.lock:
+            self.stopped = True
+            waiting, self.asking = self.asking, []
+        for *_, told in waiting:
+            told.cancel()
+
+
+def _outcome(job: Callable[[], object]):
+    """What the job returns, and what it raises."""
+    try:
+        return job(), None
+    except BaseException as error:  # noqa: BLE001  (raised again where it is waited for)
+        return None, error

@@ -9,6 +9,8 @@ import os
 import pickle
 import signal
 import sys
+import threading
+import time
 from collections.abc import Callable
 from contextlib import contextmanager
 from functools import partial
@@ -17,13 +19,14 @@ from .in_step import in_step
 
 ALONE = "RINGDOWN_ALONE"  # an environment variable; set, it keeps all work in one process
 MOST = 255  # pieces; more follow one another
+GOING = 0.02  # s that an ended thread is waited for
 DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG
 
 _children: set[int] = set()  # not waited for yet
 
 
 def in_step_by_halves(jobs: list[Callable[[], object]], *, pack=None, unpack=None) -> list:
-    """As `side_by_side`; every other job goes to the child, and the jobs of each go in step."""
+    """As `side_by_side`, of two pieces: every other job each, and the jobs of a piece in step."""
     if len(jobs) < 2:
         return in_step(jobs)
     halves = [jobs[0::2], jobs[1::2]]
@@ -101,11 +104,21 @@ def _may_fork() -> bool:
     if sys.platform != "linux" or "bpy" in sys.modules or os.environ.get(ALONE):
         return False
     busy = 1 + sum(map(_is_at_work, _children))
-    try:
-        threads = len(os.listdir("/proc/self/task"))
-    except OSError:  # nobody tells
-        return False
-    return len(os.sched_getaffinity(0)) > busy and threads == 1
+    return len(os.sched_getaffinity(0)) > busy and _is_one_thread()
+
+
+def _is_one_thread() -> bool:
+    """Whether no other thread is left; one that has ended may take a moment to go."""
+    end = time.monotonic() + GOING
+    while True:
+        try:
+            if len(os.listdir("/proc/self/task")) == 1:
+                return True
+        except OSError:  # nobody tells
+            return False
+        if threading.active_count() > 1 or time.monotonic() > end:
+            return False
+        time.sleep(GOING / 100)
 
 
 def _is_at_work(child: int) -> bool:

@@ -12,6 +12,7 @@ RUNAWAY = 30.0  # first amplitudes; a motion that has run away stays finite
 OFTEN = 8  # steps between two looks at it; between them it goes on
 COARSE = 16  # steps per period of the first mode, while it is only sought which force is there
 UNFELT = ("steps", "pitch", "pose")  # what a setting says to others than forces
+ROOM = 30e6  # numbers of a march's path: 240 MB
 HIGHEST = 3  # steps per period of the highest mode: at two, the kicks would be in step with it
 
 
@@ -22,13 +23,13 @@ def free_swing(omega, zeta, start, time):
 
 @dataclass(frozen=True, eq=False)
 class _March:
-    """What is asked of `swing`."""
+    """What is asked of `swing`, as it has it."""
 
-    omega: np.ndarray
-    zeta: np.ndarray
-    start: np.ndarray
-    time: np.ndarray
-    forces: list
+    omega: np.ndarray  # (B, K) rad/s natural
+    zeta: np.ndarray  # (B, K)
+    start: np.ndarray  # (B, 2, K) m, m/s
+    time: np.ndarray  # (B, T) s
+    forces: list  # [(effect, theta (B, p)), ...]
     setting: Setting
 
     @property
@@ -36,6 +37,12 @@ class _March:
         """Per period of the first mode; high modes may need more than the setting says."""
         omega = self.setting.omega
         return max(self.setting.steps, min(HIGHEST * omega.max() / omega[0], FINE))
+
+    @property
+    def size(self) -> float:
+        """Numbers of its path."""
+        span = self.time.max() * self.setting.omega[0] / (2 * np.pi)
+        return 3 * span * self.steps * self.omega.size
 
     @property
     def kin(self) -> tuple:
@@ -64,10 +71,24 @@ def _marched(all_of: list[_March]) -> list:
     out, kinds = [None] * len(all_of), {}
     for n, one in enumerate(all_of):
         kinds.setdefault(one.kin, []).append(n)
-    for group in kinds.values():
-        for n, motion in zip(group, _in_one([all_of[n] for n in group]), strict=True):
-            out[n] = motion
+    for kind in kinds.values():
+        for group in _within([all_of[n].size for n in kind]):
+            some = [kind[i] for i in group]
+            for n, motion in zip(some, _in_one([all_of[n] for n in some]), strict=True):
+                out[n] = motion
     return out
+
+
+def _within(sizes: list[float]) -> list[list[int]]:
+    """Indices of those that may march together, by what one of them needs; one at least."""
+    groups, most = [], ROOM
+    for i in sorted(range(len(sizes)), key=lambda i: -sizes[i]):
+        if groups and len(groups[-1]) < most:
+            groups[-1].append(i)
+        else:  # the longest first: all of a group march as far as that
+            groups.append([i])
+            most = ROOM // max(sizes[i], 1)
+    return groups
 
 
 def _in_one(group: list[_March]):
@@ -131,7 +152,7 @@ class _Push:
     def __init__(self, group: list[_March], count: int):
         ends = np.cumsum([0, *(len(one.omega) for one in group)])
         self.rows = [slice(a, b) for a, b in pairwise(ends)]
-        self.parts, self.past, self.whole = [], {}, ends[-1]
+        self.parts, self.past = [], {}
         setting, whose = group[0].setting, {}
         for one, rows in zip(group, self.rows, strict=True):
             for effect, theta in one.forces:

@@ -12,17 +12,17 @@ from itertools import islice
 
 import numpy as np
 
-from .baseline import px_per_metre
-from .effects import TIME_EFFECTS, base_motion, lost_frames, tracker_drift
+from .effects import TIME_EFFECTS
 from .effects.base import FINE, Effect
 from .in_step import in_step
 from .law import TRUST, Law, TimeFit
 from .pair import across, crossed
-from .refit import instead, swapped
+from .read_off import read_off
+from .refit import swapped
 from .residual import NOISY, misfit
 from .side_by_side import in_step_by_halves
 from .simulate import COARSE
-from .timefit import DONE, best_fit, extend, fit, screen
+from .timefit import best_fit, extend, fit, screen
 
 EVIDENCE = 20.0  # least gain in BIC (Kass and Raftery 1995 call 10 very strong)
 MATERIAL = 0.005  # least share of the motion's RMS
@@ -35,7 +35,7 @@ FIRSTS = 10  # names that are tried alone, at most
 AT_ONCE = 2  # the most promising effects, which may settle the rest
 RUNNERS = 2  # starting places of an effect that are fitted
 MOSTLY, BETTER = 0.6, 0.9  # share that the best one must take, misfit that it leaves then
-CLOSE = 1e-3  # share of the misfit that a last step of a search gains; what is found is sharpened
+CLOSE = 3.0  # misfit that a last look of a search gains; what is found is sharpened
 HORIZONS = (0.4, 1.0)  # shares of the fitted part: from short to long, lest a phase slip traps
 
 
@@ -90,82 +90,6 @@ def able(start: TimeFit, effects) -> list[Effect]:
     ]
 
 
-def read_off(start: TimeFit) -> list[Effect]:
-    """Effects that are made from what a fit leaves."""
-    law, out = start.law, []
-    data = law.takes[law.fitted[0]]
-    residual = data.values - start.predicted[law.fitted[0]]
-    if len(np.unique(data.marker[~data.support])) >= 3:
-        left = tuple(
-            t.values - p if p is not None else 0 * t.values
-            for t, p in zip(law.takes, start.predicted, strict=True)
-        )
-        swings = law.setting.duration * law.setting.omega[0] / (2 * np.pi)
-        out += tracker_drift.propose(law.takes, left, law.fitted[0], swings)
-    if len(law.fitted) == 1 and np.isfinite(residual).all(axis=1).sum() > 12:
-        out += _jumps(start, data)
-    if _common_is_possible(start, data):
-        shared = tuple(
-            base_motion.common_motion(t, t.values - p) if p is not None else 0 * t.values
-            for t, p in zip(law.takes, start.predicted, strict=True)
-        )
-        free = int(data.fit.sum()) * data.take.recording.values.shape[2]
-        rms = base_motion.size(data, residual) / px_per_metre(data)
-        out.append(base_motion.shaken(shared, rms, free))
-        if data.support.any() and len(law.takes) == 1:
-            out.append(base_motion.shaken(shared, rms, free, base_motion.support_path(data)))
-    return out
-
-
-def _jumps(start: TimeFit, data) -> list[Effect]:
-    """The one effect whose jumps, all whole frames, the residual shows, if it shows any."""
-    jumps, found = (), start
-    for _ in range(3):
-        seen = _sight(found, data)
-        more = [(when, round(g) * data.frame) for when, g in lost_frames.next_jumps(seen)]
-        if not any(gain for _, gain in more):
-            break
-        jumps = lost_frames.gathered(jumps, more, data.frame)
-        found = _with_jumps(start, jumps, data)
-    for at in range(len(jumps)):
-        when, gap = jumps[at]
-        moved = [
-            (*jumps[:at], (when + shift * data.frame, gap), *jumps[at + 1 :])
-            for shift in (-2, -1, 1, 2)
-        ]
-        effects = [lost_frames.lost(one, data.frame) for one in moved]
-        better = in_step([partial(instead, found, effect) for effect in effects])
-        left = [one.chi2 if one else np.inf for one in better]
-        if min(left) < found.chi2:
-            jumps, found = moved[int(np.argmin(left))], better[int(np.argmin(left))]
-    jumps = lost_frames.gathered(jumps, (), data.frame)  # two that were moved together may be none
-    if not jumps or not _sight(found, data).are_whole(jumps):
-        return []
-    return [lost_frames.lost(jumps, data.frame)]
-
-
-def _with_jumps(start: TimeFit, jumps, data) -> TimeFit:
-    law, p = extend(start, (lost_frames.lost(jumps, data.frame),), [()])
-    return fit(law, p, evaluations=2)
-
-
-def _sight(found: TimeFit, data) -> lost_frames.Sight:
-    index = found.law.fitted[0]
-    u, s = found.motions[0], data.time[:, None] / data.time[-1]
-    v = np.gradient(u, data.time, axis=0) / found.law.setting.omega
-    basis = np.hstack([u, v, s * u, s * v, np.ones((len(u), 1))])
-    return lost_frames.Sight(data, found.predicted[index], basis)
-
-
-def _common_is_possible(start: TimeFit, data) -> bool:
-    """A marker on the support shows it; else the markers must not sit together."""
-    if data.support.any():
-        return True
-    markers = np.unique(data.marker)
-    size = [np.linalg.norm(start.shapes[0][data.marker == m]) for m in markers]
-    return len(markers) >= 3 and min(size) < 0.35 * max(size)
-
-
 @dataclass(frozen=True, eq=False)
 class Try:
     """A search for one effect, beside those of a fit, from its most promising starting places."""
@@ -188,7 +112,7 @@ def race(one: Try) -> TimeFit:
     first = unlike(effect, one.begins, one.promise)[: one.runners]
     tries = [extend(start, (effect,), [one.begins[i]])[1] for i in first]
     starts, horizons = np.array(tries), one.horizons if effect.marched else (1.0,)
-    found = best_fit(one.law, starts, horizons, enough=CLOSE if effect.marched else DONE)
+    found = best_fit(one.law, starts, horizons, close=CLOSE if effect.marched else 0.0)
     return across(found) if effect.force else found
 
 

@@ -62,25 +62,23 @@ def fit(law: Law, start: np.ndarray, horizons=(1.0,), evaluations: int = 10) -> 
 
 
 def best_fit(
-    law: Law, starts: np.ndarray, horizons=(1.0,), evaluations: int = 10, enough: float = DONE
+    law: Law, starts: np.ndarray, horizons=(1.0,), evaluations: int = 10, close: float = 0.0
 ) -> TimeFit:
-    """The best that `fit` finds from any of `starts` (S, p), all searched at once."""
-    p, jacobian, _ = walked(law, starts, horizons, evaluations, enough=enough)[0]
+    """The best that `fit` finds from any of `starts` (S, p), all searched at once.
+
+    `close`: gain in chi2 of a last look at which the search may end early.
+    """
+    p, jacobian, _ = walked(law, starts, horizons, evaluations, close=close)[0]
     return conclude(law, p, jacobian)
 
 
-def walked(
-    law: Law, starts, horizons, evaluations: int, most: int = 2, enough: float = DONE
-) -> list:
-    """(p, Jacobian, cost) of the best searches from `starts`, `most` at most, best first.
-
-    They end when a look gains less than the share `enough`.
-    """
+def walked(law: Law, starts, horizons, evaluations: int, most: int = 2, close: float = 0.0) -> list:
+    """(p, Jacobian, cost) of the best searches from `starts`, `most` at most, best first."""
     low, high = _bounds(law)
     for horizon in horizons:
         short = _cut(law, horizon)
         starts = [np.clip(_gauged(short, p), low + 1e-12, high - 1e-12) for p in starts]
-        end = evaluations, enough if horizon == 1.0 else NEAR
+        end = evaluations, *((DONE, close) if horizon == 1.0 else (NEAR, 0.0))
         walks = _promising(_descend(short, starts, (low, high), end), high - low, most)
         starts = [p for p, _, _ in walks]
     return walks
@@ -129,10 +127,10 @@ def _look(law: Law, places: list[np.ndarray], high: np.ndarray) -> list:
     return [(one[0], ((one[1:] - one[:1]) / m[:, None]).T) for one, m in zip(r, moves, strict=True)]
 
 
-def _descend(law: Law, starts, bounds, end: tuple[int, float]) -> list:
+def _descend(law: Law, starts, bounds, end: tuple[int, float, float]) -> list:
     """(p, Jacobian, cost) where the search from every start ends; they go in step.
 
-    end: after how many looks, or when a look gains less than that share.
+    end: after how many looks, or when a look gains less than that share, or than that.
     """
     searches = [_search(p, bounds, end) for p in starts]
     asked = {i: next(search) for i, search in enumerate(searches)}
@@ -148,7 +146,7 @@ def _descend(law: Law, starts, bounds, end: tuple[int, float]) -> list:
     return ended
 
 
-def _search(p, bounds, end: tuple[int, float]):
+def _search(p, bounds, end: tuple[int, float, float]):
     """Levenberg-Marquardt within bounds (More, Lect. Notes Math. 630 (1978) 105): asks for the
     residuals and Jacobian at places, returns p, Jacobian, cost.
 
@@ -156,7 +154,7 @@ def _search(p, bounds, end: tuple[int, float]):
     unit diagonal they are well enough conditioned.
     """
     low, high = bounds
-    evaluations, enough = end
+    evaluations, enough, close = end
     r, jacobian = yield p
     cost, damping = r @ r, 1e-3
     for _ in range(evaluations):
@@ -174,7 +172,7 @@ def _search(p, bounds, end: tuple[int, float]):
         if after @ after < cost:
             gain, p, r, jacobian = cost - after @ after, trial, after, tangent
             cost, damping = r @ r, damping / 8
-            if gain < enough * cost + 0.05:
+            if gain < max(enough * cost + 0.05, close):
                 break
         else:
             damping *= 6

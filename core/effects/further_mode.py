@@ -6,8 +6,6 @@ Looks like  an overtone or a combination tone when its pitch happens to be there
 Source      Ewins, Modal Testing (2000), 4.4: residual modes
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from .base import Effect, of_takes, ring
@@ -47,19 +45,6 @@ def further_mode(frequency: float, damping_ratio: float, takes: tuple = ()) -> E
 def pitch_of(effect: Effect, theta: np.ndarray) -> float:
     """Hz"""
     return float(effect.report(theta, None, None)["frequency"])
-
-
-def held(effect: Effect, theta: np.ndarray) -> Effect:
-    """A further mode kept at `theta` (2,), so that only its shape is fitted."""
-    return replace(
-        effect,
-        low=(),
-        high=(),
-        starts=lambda setting, residual: [()],
-        columns=lambda own, setting, time, u: effect.columns(
-            np.broadcast_to(theta, (len(time), len(theta))), setting, time, u
-        ),
-    )
 
 
 def is_further(effect: Effect) -> bool:

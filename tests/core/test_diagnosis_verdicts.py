@@ -351,6 +351,10 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="free modes that run off do not stand for a second effect",
         ),
         pytest.param(
+            "two:dry_friction+stiffness_drift", 85021, {"dry_friction", "stiffness_drift"}, 1.4,
+            id="a rub that weakens does not stand in for a rub and a drift",
+        ),
+        pytest.param(
             "stiffness_drift", 7642, {"stiffness_drift"}, 1.1,
             id="two near modes without symmetry are two, and both drift",
         ),

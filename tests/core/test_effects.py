@@ -141,14 +141,6 @@ def test_a_further_mode_is_one_while_it_keeps_clear_of_its_bounds():
     assert further_mode.ran_off(found)
 
 
-def test_a_held_mode_moves_as_the_free_one_does_there():
-    mode, theta = further_mode.further_mode(8.0, 0.02), np.array([0.01, 0.03])
-    still, time = further_mode.held(mode, theta), np.linspace(0, 1, 50)[None]
-    assert still.low == still.high == ()
-    free = mode.columns(theta[None], setting(), time, None)
-    assert np.array_equal(still.columns(np.zeros((1, 0)), setting(), time, None), free)
-
-
 def test_a_mode_of_one_load_is_seen_in_takes_with_that_load_only():
     loaded, bare = object(), object()
     mode = further_mode.further_mode(8.0, 0.02, (loaded,))

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from core import side_by_side as where
-from core.side_by_side import meanwhile, side_by_side
+from core.in_step import asked
+from core.side_by_side import in_step_by_halves, meanwhile, side_by_side
 from core.time_layer import singles
 from tests.core.test_timefit import Rub, channels, declared, moved
 
@@ -51,6 +52,26 @@ def test_results_come_in_the_order_of_the_jobs(forked):
     assert [n for _, n, _, _ in out] == list(range(6))
     assert len({pid for _, _, pid, _ in out}) == (2 if forked else 1)
     assert all((values == n).all() for _, n, _, values in out)
+
+
+def test_halves_go_in_step_and_come_in_order(forked):
+    sizes = []
+
+    def answer(questions):
+        sizes.append(len(questions))
+        time.sleep(0.05)  # or one process takes both halves
+        return [question + 100 for question in questions]
+
+    jobs = [lambda n=n: asked(n, answer) for n in range(5)]
+    out = in_step_by_halves(
+        [lambda job=job: (job(), os.getpid) for job in jobs],
+        pack=lambda one: (one[0], one[1]()),
+        unpack=lambda n, one: (one[0], n),
+    )
+    assert [value for value, _ in out] == [100, 101, 102, 103, 104]
+    theirs = [told for _, told in out if not callable(told)]
+    assert theirs in ([1, 3], [0, 2, 4]) if forked else not theirs
+    assert sizes == ([5] if not forked else [2 if theirs == [0, 2, 4] else 3])
 
 
 def test_what_does_not_pickle_is_packed_and_unpacked(forked):
