@@ -28,7 +28,7 @@ QUIETLY = 1.3  # misfit per sample, held out too, up to which a ring-down tells 
 LEFT, LOUDEST = 0.02, 3.0  # the same beside loud modes: of what those leave, and at most
 EVIDENCE = 20.0  # gain in BIC of each
 ROUNDS = 2
-MOST, BESIDE_EFFECTS = 6, 4  # modes that are sought at a time; the latter where effects act
+MOST = 6  # modes that are sought at a time
 
 
 def with_further(
@@ -133,8 +133,7 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
     left = (data.values - found.predicted[index])[data.fit][:, on]
     if np.isfinite(left).all(axis=1).sum() < 24:
         return []
-    most = BESIDE_EFFECTS if any(e.layer == "time" for e in law.effects) else MOST
-    ring = invert(data.time[data.fit], left, noise=data.sigma[on], max_modes=most)
+    ring = invert(data.time[data.fit], left, noise=data.sigma[on], max_modes=MOST)
     own = _pitches(law, found.parameters, take)
     scale = own[0] / body.modes.frequency[match.modes[0]]
     known = list(own)

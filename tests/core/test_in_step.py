@@ -19,7 +19,9 @@ from core.simulate import swing
 
 INTERRUPTED = """
 from core.in_step import asked, in_step
-import time
+import signal, time
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it
 
 def slow(questions):
     time.sleep(0.02)
