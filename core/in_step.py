@@ -9,6 +9,8 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import CancelledError, Future, wait
 
+AWAKE = 0.2  # s after which whoever waits looks up
+
 _here = threading.local()  # who this thread is: its crew, and its place among that
 
 
@@ -63,7 +65,8 @@ class _Crew:
         def begun():
             for pair in enumerate(jobs):
                 threading.Thread(target=work, args=pair, daemon=True).start()
-            wait(done)
+            while wait(done, timeout=AWAKE).not_done:
+                pass  # an interrupt that another thread was told of is heard here
 
         with self.lock:
             self.busy += len(jobs) - (parent is not None)
