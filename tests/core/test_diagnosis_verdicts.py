@@ -405,12 +405,6 @@ def test_a_mode_that_no_body_has_there_is_told_however_faint(tmp_path):
 
 
 @pytest.mark.slow
-def test_two_effects_do_not_stand_in_for_a_rub_that_weakens(tmp_path):
-    make("absent:stick_slip", 73854, tmp_path)
-    assert calibrate_case(tmp_path / "case.toml").report["diagnosis"]["verdict"] == "unexplained"
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "seed"), [("relaxation", 7643), ("lost_frames", 7641), ("compliant_pin", 7642)]
 )

@@ -24,7 +24,7 @@ from core.effects import (
     weakening_friction,
 )
 from core.effects.base import FINE
-from core.foils import weakens
+from core.foils import weakens, weakens_rather
 from core.linear_part import solve
 from core.refit import turned
 from core.settle import astray
@@ -200,6 +200,28 @@ def test_friction_that_weakens_with_speed_is_told_from_plain_friction():
     found = declared(channels(moved(Rub(0.12, 0.02, weaker=0.8, pace=0.2))))
     best = judge(("dry_friction",), raced(found, dry_friction.EFFECT), found)
     assert weakens(found, best)
+
+
+class Both:
+    """Two forces at a time."""
+
+    def __init__(self, *parts):
+        self.parts = parts
+
+    def pull(self, x, v, t, h):
+        return sum(part.pull(x, v, t, h) for part in self.parts)
+
+
+@pytest.mark.parametrize(
+    ("force", "told"),
+    [(Rub(0.12, 0.02, weaker=0.8, pace=0.2), True), (Both(Rub(0.05, 0.02), Stop(0.5, 6.0)), False)],
+    ids=["a weakening rub", "a rub and a stop"],
+)
+def test_two_effects_do_not_stand_in_for_a_rub_that_weakens(force, told):
+    found = declared(channels(moved(force)))
+    rub = judge(("dry_friction",), raced(found, dry_friction.EFFECT), found)
+    both = raced(rub.found, contact.ABOVE)
+    assert weakens_rather(found, both, rub) is told
 
 
 def test_a_weakening_rub_is_plain_at_rest_and_weak_at_speed():
