@@ -6,8 +6,7 @@ import numpy as np
 
 from .effects.base import Effect
 from .law import Law, TimeFit
-from .linear_part import residuals
-from .timefit import fit
+from .timefit import fit, misfits
 
 MOVED = 3  # of one whose effects were put in another order
 
@@ -53,6 +52,6 @@ def instead(found: TimeFit, effect: Effect) -> TimeFit | None:
     Both have no parameters of their own.
     """
     law, starts = swapped(found, effect, [()])
-    if (residuals(law, starts) ** 2).sum() >= found.chi2:
+    if misfits(law, starts)[0] >= found.chi2:
         return None
     return fit(law, starts[0], evaluations=2)

@@ -27,7 +27,7 @@ _children: set[int] = set()  # not waited for yet
 
 def in_step_by_halves(jobs: list[Callable[[], object]], *, pack=None, unpack=None) -> list:
     """As `side_by_side`, of two pieces: every other job each, and the jobs of a piece in step."""
-    if len(jobs) < 2:
+    if len(jobs) < 2 or not _may_fork():
         return in_step(jobs)
     halves = [jobs[0::2], jobs[1::2]]
 
@@ -38,8 +38,6 @@ def in_step_by_halves(jobs: list[Callable[[], object]], *, pack=None, unpack=Non
         each = range(n, len(jobs), 2)
         return [unpack(i, one) if unpack else one for i, one in zip(each, half, strict=True)]
 
-    if not _may_fork():
-        return in_step(jobs)
     done = side_by_side([partial(in_step, half) for half in halves], pack=packed, unpack=unpacked)
     return [done[n % 2][n // 2] for n in range(len(jobs))]
 

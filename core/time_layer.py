@@ -31,7 +31,7 @@ PROMISE = 8.0  # least gain in chi2 that a score test must see before an effect 
 FEEBLE = 0.2  # the same over what a quiet fit leaves beyond noise
 SETTLED = 0.95  # share of the excess from which what comes later gets one start only
 BEGUN = 7  # places that a fit begins from: the marker and the six farthest apart on the body
-FIRSTS = 10  # names that are tried alone, at most
+FIRSTS, BESIDE = 10, 4  # names that are tried alone, and beside another one, at most
 AT_ONCE = 2  # the most promising effects, which may settle the rest
 RUNNERS = 2  # starting places of an effect that are fitted
 MOSTLY, BETTER = 0.6, 0.9  # share that the best one must take, misfit that it leaves then
@@ -167,12 +167,12 @@ def singles(start: TimeFit, against: TimeFit | None = None) -> list[Candidate]:
     return _again([(_ranked(best), chosen, against or start)])[0]
 
 
-def seconds(firsts: list[Candidate], against: list[TimeFit], most: int = 4) -> list:
+def seconds(firsts: list[Candidate], against: list[TimeFit]) -> list[list[Candidate]]:
     """For each of the `firsts` the candidates that a second effect makes of it, best first.
 
     against: fits that these are compared with.
     """
-    chosen = in_step([partial(_chosen, first.found, most) for first in firsts])
+    chosen = in_step([partial(_chosen, first.found, BESIDE) for first in firsts])
     done = iter(_tried([one for some in chosen for one in some]))
     out = []
     for first, some, declared in zip(firsts, chosen, against, strict=True):
