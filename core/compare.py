@@ -14,6 +14,7 @@ from .match import PAIR
 PITCH_FLOOR = 0.005  # relative error of a computed pitch that convergence does not see
 SHAPE_FLOOR = 0.02  # of a shape's largest entry
 PIECES = 6.0  # independent pieces of evidence in one shape, however many channels show it
+DEPENDENT = 1e-12  # squared sine below which two modes look the same
 LIKE = 0.4  # MAC from which a computed mode may be a measured one
 
 
@@ -93,17 +94,23 @@ def _partners(measured, own, alike, first) -> tuple[int, ...] | None:
 
 def _alike(measured, shapes, own) -> np.ndarray:
     """(m, K) MAC of every computed mode, or the pair that it belongs to, with measured (K, C)."""
-    power = (shapes**2).sum(axis=1)[:, None] * (measured**2).sum(axis=1)
-    alike = (shapes @ measured.T) ** 2 / np.maximum(power, 1e-300)
+    gram, across, power = shapes @ shapes.T, shapes @ measured.T, (measured**2).sum(axis=1)
+    alike = across**2 / np.maximum(np.outer(np.diag(gram), power), 1e-300)
     pairs = np.abs(own / own[:, None] - 1) < PAIR
     done = {}
     for j in np.flatnonzero(pairs.sum(axis=1) > 1):
-        both = tuple(np.flatnonzero(pairs[j]))
+        both = pairs[j].tobytes()
         if both not in done:
-            q, _ = np.linalg.qr(shapes[list(both)].T)
-            done[both] = ((measured @ q) ** 2).sum(axis=1) / (measured**2).sum(axis=1)
+            at = np.flatnonzero(pairs[j])
+            shares = _solved(gram[np.ix_(at, at)], across[at])
+            done[both] = (across[at] * shares).sum(axis=0) / power
         alike[j] = done[both]
     return alike
+
+
+def _solved(gram: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """The normal equations' least solution: two modes of a pair may look the same."""
+    return np.linalg.lstsq(gram, right, rcond=DEPENDENT)[0]
 
 
 def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
@@ -132,7 +139,7 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
         if len(pair) == 1:
             part = weighed @ wanted / max(float(weighed[0] @ weighed[0]), 1e-300)
         else:
-            part, *_ = np.linalg.lstsq(weighed.T, wanted, rcond=None)
+            part = _solved(weighed @ weighed.T, weighed @ wanted)
         fitted.append(part @ pair)
         left = ((measured.shapes[k] - fitted[-1]) * w) ** 2
         chi2.append(left.sum() * min(1.0, PIECES / (w > 1e-9).sum()))

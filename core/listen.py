@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .channels import Channels, free_motion
+from .channels import Channels, free_frames, free_motion
 from .data import RingDown, Take, poles, replace
 from .errors import RecordingError
 from .harmonic_inversion import invert
@@ -22,7 +22,7 @@ def listen(take: Take, find_release) -> tuple[Channels, RingDown]:
     recording = take.recording
     window = release(take, find_release)
     T = len(recording.time)
-    inside = (recording.time >= window[0] - 1e-9) & (recording.time <= window[1] + 1e-9)
+    inside = free_frames(recording.time, window)
     values = recording.values.reshape(T, -1)[inside]
     time = recording.time[inside]
     if inside.sum() < 12:

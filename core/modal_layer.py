@@ -43,10 +43,10 @@ def suspects(ground: Ground, names: list[str]) -> list[Suspect]:
 
     def fitted(effect):
         try:
-            family = effect.family(ground.body, solve)
+            families = effect.families(ground.body, solve)
         except DataError:  # so changed, it could not bear its own weight
             return None
-        return None if family is None else _fit(effect, family, ground)
+        return _fit(effect, families, ground)
 
     effects = [effect for effect in MODAL_EFFECTS if effect.name not in names]
     out = side_by_side(
@@ -73,18 +73,22 @@ def improved(model, shapes: np.ndarray) -> np.ndarray:
     return out
 
 
-def _fit(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
-    found, told = _best(effect, family, ground), []
-    while found is not None:
-        told += found.near
-        if family.nearer is None:
-            break
-        family = family.nearer(found.theta)
-        found = _best(effect, family, ground) or found
-    if found is None:
+def _fit(effect: Effect, families: tuple[Family, ...], ground: Ground) -> Suspect | None:
+    ends, told = [], []
+    for family in families:
+        found = _best(effect, family, ground)
+        while found is not None:
+            told += found.near
+            if family.nearer is None:
+                ends.append(found)
+                break
+            family = family.nearer(found.theta)
+            found = _best(effect, family, ground) or found
+    if not ends:
         return None
-    level = found.cost + _wide(found.hypothesis, ground)
-    return replace(found, near=[(cost, report) for cost, report in told if cost <= level])
+    best = min(ends, key=lambda one: one.cost)
+    level = best.cost + _wide(best.hypothesis, ground)
+    return replace(best, near=[(cost, report) for cost, report in told if cost <= level])
 
 
 def _wide(found: Hypothesis, ground: Ground) -> float:
@@ -196,6 +200,7 @@ def _looker(effect: Effect, family: Family, ground: Ground):
     """theta -> the hypothesis there and what it costs."""
     body, measured = ground.body, ground.measured
     seen = body.seen(ground.data, family.basis.reshape(len(body.model.points), 3, -1)).T  # (C, r)
+    own = None if ground.pull is None else family.basis.T @ ground.pull
     gravity = body.case.takes[0].gravity
     count = min(len(ground.shrink), family.basis.shape[1])
     known = {}
@@ -211,9 +216,9 @@ def _looker(effect: Effect, family: Family, ground: Ground):
         K, M = family.matrices(theta)
         values, x = eigh(K, M, subset_by_index=[0, count - 1])
         unit = None
-        if ground.pull is not None:
-            pull = ground.pull + (family.weight(theta, gravity) if family.weight else 0)
-            unit = seen @ np.linalg.solve(K, family.basis.T @ pull)
+        if own is not None:
+            pull = own + (family.weight(theta, gravity) if family.weight else 0)
+            unit = seen @ np.linalg.solve(K, pull)
         found = compare(measured, values * ground.shrink[:count], (seen @ x).T, unit)
         if found is None:
             return None, np.inf

@@ -140,10 +140,9 @@ def _pruned(record: Record, model: Model) -> Model:
         rest = [model_of(record, _without(poles, k), model.degree, 0) for k in range(total)]
         order = sorted(range(total), key=lambda k: rest[k].fit.cost)
         # what it would cost most to lose bends no other
-        doubtful = [k for k in order[:-1] if k < model.modes and makeshift(record, model, k)]
-        if doubtful:
-            smaller = model_of(record, _without(poles, doubtful[0]), model.degree, TRIAL)
-            model = _reasonable(record, smaller)
+        honest = _less_a_makeshift(record, model, [k for k in order[:-1] if k < model.modes])
+        if honest:
+            model = _reasonable(record, honest)
             continue
         for k in order[:2]:
             smaller = model_of(record, _without(poles, k), model.degree, 2 * TRIAL)
@@ -156,6 +155,17 @@ def _pruned(record: Record, model: Model) -> Model:
             if needed(record, smaller, model, None):
                 return model
         model = _reasonable(record, smaller)
+
+
+def _less_a_makeshift(record: Record, model: Model, among: list[int]) -> Model | None:
+    """The model without the first of these modes that is a makeshift; None where none is."""
+    for k in among:
+        if makeshift(record, model, k):
+            poles = _without(model.fit.poles, k)
+            smaller = model_of(record, poles, model.degree, TRIAL)
+            if makeshift(record, model, k, smaller):
+                return smaller
+    return None
 
 
 def _reasonable(record: Record, model: Model) -> Model:

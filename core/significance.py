@@ -16,6 +16,7 @@ CHANCE = 1e-3  # of one false mode in a recording of white noise
 MATERIAL = 5e-3  # rms of the least mode worth a name, over that of all motion
 CLEARED = 0.99  # share of what was left, above which even a trifle is a mode
 MOST = 0.5  # share of what was left, above which a mode is one however badly it fits
+ALL = 0.9  # share of what was left, above which one near another pitch is a mode of its own
 MISFIT = 1.6  # residual over noise, above which the recording is not a sum of modes alone
 MANY = 6  # channels, in which two modes of one body cannot look the same
 SAME_SHAPE = 0.9  # modal assurance criterion
@@ -87,22 +88,24 @@ def needed(record: Record, small: Model, large: Model, k: int | None) -> bool:
     colour = inflation(large.fit, record.dt, large.fit.poles.omega[[k]])[0] if swings else 1.0
     before = np.nansum(small.fit.residual**2)
     less = before - np.nansum(large.fit.residual**2)
-    if swings and ratio >= least and less > MOST * before and not makeshift(record, large, k):
+    if swings and ratio >= least and less > MOST * before and not makeshift(record, large, k, small):
         return True
     against = np.sum(record.size * (small.fit.noise**2 / large.fit.noise**2 - 1)) * free
     if ratio < least or max(against, ratio) < least * colour:
         return False
-    if swings and makeshift(record, large, k):
+    if swings and makeshift(record, large, k, small):
         return False
     motion = np.nansum((record.y - np.nanmean(record.y, axis=0)) ** 2)
     return bool(less > MATERIAL**2 * motion or less > CLEARED * before)
 
 
-def makeshift(record: Record, model: Model, k: int) -> bool:
+def makeshift(record: Record, model: Model, k: int, small: Model | None = None) -> bool:
     """True where mode k bends a stronger one that no sum of damped sinusoids describes.
 
     It has the other's shape and nearly its pitch. Friction, contact and large amplitudes look like
     that; a pair of true modes does only where few channels see it, and then it leaves no residual.
+    `small`: the model without it; a mode of another shape that takes nearly all that this leaves
+    is none.
     """
     left = np.sqrt(np.nanmean(model.fit.residual**2, axis=0))
     misfit = np.median(left / np.where(record.floor > 0, record.floor, np.inf)) > MISFIT
@@ -113,11 +116,17 @@ def makeshift(record: Record, model: Model, k: int) -> bool:
     likeness = np.abs(shape.conj() @ shape[k]) ** 2 / np.maximum(power * power[k], 1e-300)
     omega, decay = model.fit.poles.omega, model.fit.poles.decay
     same = (np.abs(omega / omega[k] - 1) < SAME_PITCH) & (likeness > SAME_SHAPE)
-    if misfit:  # the shapes of two modes closer than their widths are uncertain too
+    if misfit and not (small and _takes_all(small, model)):
+        # the shapes of two modes closer than their widths are uncertain too
         blurred = np.abs(omega - omega[k]) < decay + decay[k]
         same |= blurred & (likeness > SAME_SHAPE_BLURRED)
     stronger = (power > power[k]) | ((power == power[k]) & (np.arange(model.modes) < k))
     return bool((same & stronger).any())
+
+
+def _takes_all(small: Model, large: Model) -> bool:
+    before, after = (np.nansum((m.fit.residual / large.fit.noise) ** 2) for m in (small, large))
+    return bool(after < (1 - ALL) * before)
 
 
 def inflation(found: Fit, dt: float, omega) -> np.ndarray:

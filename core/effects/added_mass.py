@@ -31,14 +31,14 @@ def change_model(model, theta):
     return add_loads(model, (Load(float(theta[0]), np.asarray(theta[1:4])),))
 
 
-def family(body, solve):
+def families(body, solve):
     """Masses over the surface; theta = (place, hangs 0 or 1, width, log of mass over the body's).
 
     How wide a lump sits is no part of the answer, but what it may be widens the answer's interval.
     """
     places = _spread(body.case.surface.vertices, PLACES)
     sizes = np.log(np.geomspace(2e-3, 2.0, 8))
-    return _family(body, solve, (places, sizes, places[:RESPONSES], ()))
+    return (_family(body, solve, (places, sizes, places[:RESPONSES], ())),)
 
 
 def _family(body, solve, search, depth: int = 0):
@@ -57,8 +57,10 @@ def _family(body, solve, search, depth: int = 0):
         basis.append(static[:, np.linalg.norm(static, axis=0) > 0])
     basis = reduced_basis(basis, model.mass)
     K, M = basis.T @ (model.stiffness @ basis), np.eye(basis.shape[1])
-    operators = [lump_operator(model, places, width * radius) for width in widths]
-    at = [(operator @ basis).reshape(len(places), 3, -1) for operator in operators]
+    at = [
+        (lump_operator(model, places, width * radius) @ basis).reshape(len(places), 3, -1)
+        for width in widths
+    ]
     gravity = body.case.takes[0].gravity
     down = None if gravity is None else gravity / max(np.linalg.norm(gravity), 1e-300)
 
@@ -71,8 +73,7 @@ def _family(body, solve, search, depth: int = 0):
         return {"mass": own * np.exp(theta[3]), "position": places[int(theta[0])].tolist()}
 
     def weight(theta, gravity):
-        i = 3 * int(theta[0])
-        return own * np.exp(theta[3]) * (operators[int(theta[2])][i : i + 3].T @ gravity)
+        return own * np.exp(theta[3]) * (at[int(theta[2])][int(theta[0])].T @ gravity)
 
     def nearer(theta):
         """Places around the best one, with what the body gives there in the basis."""
@@ -115,5 +116,5 @@ EFFECT = Effect(
     twins=("graded_stiffness", "compliant_pin"),
     settle="weigh it, or hang a known mass on the same place and film again",
     change_model=change_model,
-    family=family,
+    families=families,
 )

@@ -130,7 +130,7 @@ class Effect:
     requires: Callable | None = None  # (setting, takes) -> reason why not, or ""
     change_model: Callable | None = None  # modal layer
     nothing: tuple[str, float] | None = None  # modal: the parameter, and its value without effect
-    family: Callable | None = None  # modal layer: (body, solve) -> Family, or None
+    families: Callable | None = None  # modal layer: (body, solve) -> (Family, ...)
 
     @property
     def marched(self) -> bool:
@@ -164,7 +164,7 @@ class Family:
     low: np.ndarray  # (p,)
     high: np.ndarray  # (p,)
     report: Callable  # (theta, youngs_modulus) -> {name: value}
-    weight: Callable | None = None  # (theta, gravity) -> (3P,) N beside the body's own
+    weight: Callable | None = None  # (theta, gravity) -> (r,) N beside the body's own
     frozen: int = 0  # leading entries of theta that are choices, not numbers
     unknowns: int = 1
     nearer: Callable | None = None  # theta -> a Family that looks closer round it

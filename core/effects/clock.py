@@ -15,17 +15,17 @@ from .base import Effect, Family, Parameter, reduced_basis
 SLOWEST, FASTEST = 0.02, 50.0  # times the declared rate: slow motion played at 25 of 1000 frames/s
 
 
-def family(body, solve):
-    """The same body with another second; theta = log of c. None where no sag is seen."""
+def families(body, solve):
+    """The same body with another second; theta = log of c. None of them where no sag is seen."""
     gravity = body.case.takes[0].gravity
     if body.case.shape != "unloaded" or gravity is None:
-        return None
+        return ()
     modes = body.modes.shapes.reshape(-1, body.modes.shapes.shape[2])
     sag = static(body.model, gravity_force(body.model, gravity), 1.0)
     basis = reduced_basis([modes, sag.reshape(-1, 1)], body.model.mass)
     K, M = basis.T @ (body.model.stiffness @ basis), np.eye(basis.shape[1])
     grid = np.log(np.geomspace(SLOWEST, FASTEST, 120))[:, None]
-    return Family(
+    one = Family(
         basis,
         lambda theta: (K, M * np.exp(2 * theta[0])),
         grid,
@@ -33,6 +33,7 @@ def family(body, solve):
         np.log([FASTEST]),
         lambda theta, youngs_modulus: {"factor": float(np.exp(theta[0]))},
     )
+    return (one,)
 
 
 EFFECT = Effect(
@@ -41,5 +42,5 @@ EFFECT = Effect(
     parameters=(Parameter("factor", "1", SLOWEST, FASTEST),),
     twins=("relaxation",),
     settle="film a running clock, and look up the capture rate in the camera's settings",
-    family=family,
+    families=families,
 )

@@ -22,7 +22,7 @@ def change_model(model, theta):
     return replace(loose, shear=model.shear + mu * theta[0] * bed)
 
 
-def family(body, solve):
+def families(body, solve):
     """Beds from soft to nearly rigid; theta = log of the bed's stiffness over the modulus, 1/m."""
     model = body.model
     size = np.linalg.norm(np.ptp(model.points, axis=0))
@@ -33,7 +33,7 @@ def family(body, solve):
     K, B = basis.T @ (model.stiffness @ basis), basis.T @ (bed @ basis)
     M = np.eye(basis.shape[1])
     grid = np.log(np.geomspace(STIFFNESSES[0], STIFFNESSES[-1] * 3, 22) / size)[:, None]
-    return Family(
+    one = Family(
         basis,
         lambda theta: (K + np.exp(theta[0]) * B, M),
         grid,
@@ -41,6 +41,7 @@ def family(body, solve):
         grid[-1] + 2,
         lambda theta, young: {"stiffness": float(np.exp(theta[0]) * young)},
     )
+    return (one,)
 
 
 EFFECT = Effect(
@@ -50,5 +51,5 @@ EFFECT = Effect(
     twins=("graded_stiffness", "added_mass"),
     settle="stick a marker on the object right beside the support, and one on the support",
     change_model=change_model,
-    family=family,
+    families=families,
 )

@@ -23,18 +23,18 @@ def weight_stiffness(model, gravity: np.ndarray):
     return geometric_stiffness(model, static(model, gravity_force(model, gravity), 1.0))
 
 
-def family(body, solve):
+def families(body, solve):
     """No parameter of its own; theta = log of the modulus that carries the weight, Pa."""
     gravity = body.case.takes[0].gravity
     if gravity is None:
-        return None
+        return ()
     model = body.model
     modes = body.modes.shapes.reshape(-1, body.modes.shapes.shape[2])
     basis = reduced_basis([modes], model.mass)
     K, G = basis.T @ (model.stiffness @ basis), basis.T @ (weight_stiffness(model, gravity) @ basis)
     M = np.eye(basis.shape[1])
     grid = np.log(np.geomspace(1e2, 1e9, 60))[:, None]
-    return Family(
+    one = Family(
         basis,
         lambda theta: (K + G * np.exp(-theta[0]), M),
         grid,
@@ -43,6 +43,7 @@ def family(body, solve):
         lambda theta, young: {},
         unknowns=0,
     )
+    return (one,)
 
 
 EFFECT = Effect(
@@ -52,5 +53,5 @@ EFFECT = Effect(
     twins=(),
     settle="turn it over and film again: what stiffened now softens",
     change_model=change_model,
-    family=family,
+    families=families,
 )

@@ -19,7 +19,7 @@ def change_model(model, theta):
     return replace(model, material=replace(model.material, poisson_ratio=float(theta[0])))
 
 
-def family(body, solve):
+def families(body, solve):
     """From cork to rubber; theta = nu."""
     model = body.model
     modes = body.modes.shapes.reshape(-1, body.modes.shapes.shape[2])
@@ -29,7 +29,7 @@ def family(body, solve):
     stress = 0 if model.stress is None else basis.T @ (model.stress @ basis)
     M = np.eye(basis.shape[1])
     grid = np.r_[np.linspace(0.0, 0.44, 12), 0.46, 0.48, 0.49, 0.495][:, None]
-    return Family(
+    one = Family(
         basis,
         lambda theta: (G / (2 * (1 + theta[0])) + B / (3 * (1 - 2 * theta[0])) + stress, M),
         grid,
@@ -37,6 +37,7 @@ def family(body, solve):
         np.array([0.499]),
         lambda theta, young: {"value": float(theta[0])},
     )
+    return (one,)
 
 
 EFFECT = Effect(
@@ -46,5 +47,5 @@ EFFECT = Effect(
     twins=("graded_stiffness",),
     settle="twist it and film, or squeeze it between plates and see how far it bulges",
     change_model=change_model,
-    family=family,
+    families=families,
 )

@@ -6,6 +6,7 @@ G_ab = tr(D_ab) I + D_abᵀ - ⅔ D_ab.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from math import factorial
 
 import numpy as np
@@ -87,6 +88,12 @@ def pairs_of(cells: np.ndarray, count: int) -> Pairs:
     return Pairs(count, columns, np.searchsorted(rows, np.arange(count + 1)), where, mirror)
 
 
+@lru_cache(maxsize=2)
+def _pattern(mesh: TetMesh, element: Element, count: int) -> Pairs:
+    """The pattern of an element's matrices; a mesh is mostly assembled several times in a row."""
+    return pairs_of(element.cells(mesh), count)
+
+
 def gradient_products(
     pairs: Pairs, product: Callable[[int, int], np.ndarray], d: int = 3
 ) -> sparse.bsr_matrix:
@@ -141,7 +148,6 @@ def assemble_lagrange(
 
     D_ab = Σ_kl V ∇L_k ⊗ ∇L_l R_abkl with R_abkl = ∫ ∂N_a/∂L_k ∂N_b/∂L_l / V.
     """
-    where, count = element.cells(mesh), len(points)
     bary, weight = quadrature(3, 2 * element.degree)
     N, dN = element.basis(bary)
     k = N.shape[1]
@@ -152,7 +158,7 @@ def assemble_lagrange(
         metric = (scale * volume)[:, None, None] * g[:, :, None, i] * g[:, None, :, j]
         return metric.reshape(-1, 16) @ table
 
-    pairs = pairs_of(where, count)
+    pairs = _pattern(mesh, element, len(points))
     D = gradient_products(pairs, product)
     masses = np.einsum("q,qa,qb->ab", weight, N, N)
     mass = scalar_matrix(pairs, volume[:, None, None] * masses)

@@ -98,7 +98,20 @@ def test_an_instant_that_was_rounded_up_keeps_its_frame(tmp_path):
     path = case(tmp_path, swing(5, 0.08), 30, 4)
     path.write_text(path.read_text().replace("[[marker]]", "start = 0.066667\n[[marker]]"))
     data, _ = listen(read_case(path).takes[0], None)
-    assert data.time[0] == 0 and len(data.time) == 118
+    assert data.time[0] == pytest.approx(1 / 30) and len(data.time) == 117
+
+
+def test_a_frame_that_was_exposed_around_the_release_bends_no_pitch(tmp_path):
+    def seen(t):
+        return swing(5, 0.08)(t) * np.where(t > 0, 1.0, 0.6)
+
+    path = case(tmp_path, seen, 100, 3, noise=1e-6)
+    path.write_text(path.read_text().replace("[[marker]]", "start = 0\n[[marker]]"))
+    data, ring = listen(read_case(path).takes[0], None)
+    assert data.time[0] == pytest.approx(0.01)
+    assert len(ring.frequency) == 1
+    assert ring.frequency[0] == pytest.approx(5, rel=1e-4)
+    assert np.abs(ring.amplitude).max() == pytest.approx(5e-3, rel=0.01)
 
 
 @pytest.mark.slow

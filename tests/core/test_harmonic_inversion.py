@@ -115,6 +115,18 @@ def test_one_period_on_an_offset_has_the_right_pitch():
     assert abs(found.frequency[0] / 0.5 - 1) < 0.01
 
 
+def test_a_close_pair_of_two_shapes_stays_two_modes_beside_what_is_no_mode():
+    t = np.arange(106) / 100
+    angles = np.linspace(0.1, 1.4, 8)
+    shapes = np.array([13 * np.cos(angles), 1.7 * np.sin(angles)])  # MAC 0.4
+    y = ring(t, np.array([5.39, 5.02]), np.array([0.054, 0.06]), shapes)
+    y += 0.02 * np.cos(angles) * np.sign(np.sin(40 * t**2))[:, None]  # neither swing nor noise
+    y += 0.008 * np.random.default_rng(3).standard_normal(y.shape)
+    found = invert(t, y, noise=np.full(8, 0.008))
+    low, high = sorted(found.frequency)[:2]
+    assert (low, high) == (pytest.approx(5.02, rel=0.01), pytest.approx(5.39, rel=0.003))
+
+
 def test_pure_noise_has_no_modes():
     rings = 0
     for seed in range(100):

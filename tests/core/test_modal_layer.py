@@ -1,0 +1,71 @@
+"""Bodies in a small basis against the same ones solved in full."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+from core.data import Material
+from core.effects import compliant_pin, graded_stiffness, poisson_ratio
+from core.elasticity import assemble, hold
+from core.modal_layer import improved
+from core.modes import solve_modes
+from tests.core.solids import block, box_surface
+
+SIZE = (0.1, 0.03, 0.02)
+
+
+@pytest.fixture(scope="module")
+def body():
+    surface = box_surface(SIZE)
+    free = assemble(block((6, 2, 2), SIZE, jitter=0.2), Material(1000.0, 0.4))
+    model = hold(free, surface, surface.vertices[:, 0] < 1e-9)
+    return SimpleNamespace(model=model, modes=solve_modes(model, 16))
+
+
+def reduced(body, effect):
+    shapes = body.modes.shapes.reshape(-1, 16)
+    return effect.families(body, lambda model, n: improved(model, shapes[:, :n]))
+
+
+def differ(family, theta, model):
+    """The most that one of the six lowest pitches is off."""
+    K, M = family.matrices(np.asarray(theta, float))
+    told = np.sqrt(eigh(K, M, eigvals_only=True)[:6]) / (2 * np.pi)
+    return np.abs(told / solve_modes(model, 6).frequency - 1).max()
+
+
+@pytest.mark.parametrize("ratio", [0.2, 0.5, 2.0, 5.0])
+def test_a_graded_body_has_the_pitches_of_the_whole_one(body, ratio):
+    for n, family in enumerate(reduced(body, graded_stiffness)):
+        axis = graded_stiffness._axes(body.model)[n]
+        linear = graded_stiffness.change_model(body.model, (ratio, *axis))
+        assert differ(family, (0, np.log(ratio)), linear) < 2e-3
+        steep = graded_stiffness._scaled(
+            body.model, ratio ** graded_stiffness._along(body.model, axis)
+        )
+        assert differ(family, (1, np.log(ratio)), steep) < 4e-3
+
+
+@pytest.mark.parametrize(("effect", "values", "told"), [
+    (poisson_ratio, (0.1, 0.36, 0.48), lambda value: value),
+    (compliant_pin, (5.0, 60.0, 900.0), np.log),
+])  # fmt: skip
+def test_a_changed_body_has_the_pitches_of_the_whole_one(body, effect, values, told):
+    (family,) = reduced(body, effect)
+    for value in values:
+        changed = effect.change_model(body.model, (value,))
+        assert differ(family, (told(value),), changed) < 2e-3
+
+
+def test_a_solve_begun_near_the_modes_ends_nearer(body):
+    shapes = body.modes.shapes.reshape(-1, 16)[:, :8]
+    changed = poisson_ratio.change_model(body.model, (0.48,))
+    whole = solve_modes(changed, 4).frequency
+    off = []
+    for basis in (shapes, improved(changed, shapes)):
+        K, M = (basis.T @ (m @ basis) for m in (changed.stiffness, changed.mass))
+        told = np.sqrt(eigh(K, M, eigvals_only=True)[:4]) / (2 * np.pi)
+        off.append(np.abs(told / whole - 1).max())
+    assert off[1] < 1e-3 < off[0]
