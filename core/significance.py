@@ -88,7 +88,8 @@ def needed(record: Record, small: Model, large: Model, k: int | None) -> bool:
     colour = inflation(large.fit, record.dt, large.fit.poles.omega[[k]])[0] if swings else 1.0
     before = np.nansum(small.fit.residual**2)
     less = before - np.nansum(large.fit.residual**2)
-    if swings and ratio >= least and less > MOST * before and not makeshift(record, large, k, small):
+    loud = swings and ratio >= least and less > MOST * before
+    if loud and not makeshift(record, large, k, small):
         return True
     against = np.sum(record.size * (small.fit.noise**2 / large.fit.noise**2 - 1)) * free
     if ratio < least or max(against, ratio) < least * colour:
