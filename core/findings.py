@@ -8,7 +8,7 @@ from scipy.stats import chi2 as chi2_law
 from .body import Body
 from .body_error import leaves, mends, row
 from .camera_layer import camera_effects
-from .compare import PIECES
+from .compare import PIECES, Hypothesis, Measured
 from .dac import SURE
 from .diagnosis import MATERIAL, Verdict
 from .ground import Ground, acts, ground_of, softer
@@ -100,9 +100,8 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     marched = any(e.marched for e in verdict.final.law.effects)
     if marched and base.modes[: len(heard.match.modes)] != heard.match.modes:
         return plain  # what acts in time has bent the shapes beyond knowing which mode is which
-    ratios = max(len(base.pitch_pull) - 1, 1)
     doubt = DOUBT**2 if acts(verdict.final) else DOUBT  # a second cause needs to be clearer
-    if chi2_law.sf((base.pitch_pull**2).sum(), ratios) > doubt:
+    if _chance(base, ground.measured) > doubt:
         if verdict.verdict == "adequate" and (strange := strangers(verdict, ground)):
             warnings = [*plain.warnings, told(strange)]
             return replace(plain, verdict="unexplained", warnings=warnings)
@@ -112,7 +111,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     if known:  # as the author says, the body is this one
         base = known[0].hypothesis
         plain = replace(plain, mesh_pitch=_mesh_pitch(known[0], heard, stiff))
-        if chi2_law.sf((base.pitch_pull**2).sum(), ratios) > doubt:
+        if _chance(base, ground.measured) > doubt:
             return plain
         ranked = [replace(s, evidence=s.evidence - known[0].evidence) for s in ranked]
     ranked = [s for s in ranked if s.effect.name not in heard.body.case.declared]
@@ -149,6 +148,17 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         instead=("split_modes",),  # a changed body parts its own pairs
         mesh_pitch=_mesh_pitch(best, heard, stiff),
     )
+
+
+def _chance(body: Hypothesis, measured: Measured) -> float:
+    """That a body as this one shows its pitches so far off, or its sag alone beside them."""
+    pull, K = body.pitch_pull, len(measured.frequency)
+    whole = chi2_law.sf((pull**2).sum(), max(len(pull) - 1, 1))
+    if len(pull) == K:
+        return float(whole)
+    weight = np.r_[measured.error, measured.sag_error / 2] ** -2.0
+    alone = pull[K] ** 2 / (1 - weight[K] / weight.sum())
+    return float(min(whole, 2 * chi2_law.sf(alone, 1)))
 
 
 def _no_suspects(body: Body) -> list[str]:
