@@ -9,6 +9,7 @@ from .effects.base import Effect, Setting
 
 TRUST = 20.0  # 1 / 0.05: computed modes' masses are known to five per cent
 FARTHEST = 30.0  # most that a place moves in a higher mode over the first
+BEYOND = 1.5  # times the most that any known place does: computed shapes are not exact
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,9 +127,14 @@ class TimeFit:
         return self.coefficients[:, : self.law.modes].T
 
 
-def bounds(effect: Effect, modes: int) -> tuple[np.ndarray, np.ndarray]:
-    """Of the inner parameters: its own, then where a force sits, by its share in higher modes."""
+def bounds(effect: Effect, modes: int, places=None) -> tuple[np.ndarray, np.ndarray]:
+    """Of the inner parameters: its own, then where a force sits, by its share in higher modes.
+
+    places (Q, modes - 1): those shares where they are known; no place has a much larger one.
+    """
     spread = np.full(modes - 1 if effect.force else 0, FARTHEST)
+    if len(spread) and places is not None and len(places) > 1:
+        spread = np.minimum(spread, BEYOND * np.abs(places).max(axis=0))
     return np.r_[effect.low, -spread], np.r_[effect.high, spread]
 
 

@@ -12,7 +12,7 @@ SHARE = 0.2  # of what is left that it must take: less may be what acts in time
 EVIDENCE = 20.0  # gain in BIC that it must bring
 FORCE = 0.5  # of what that motion leaves, that the force must take to be one
 LEFT = 3.0  # misfit per sample: a free motion that leaves more may stand for anything
-HINT = 0.25  # of that, taken before anything is searched
+HINT = 0.5  # of that, which its columns could take before anything is searched
 QUICK = 8  # steps of a search that begins near its end
 
 
@@ -60,10 +60,13 @@ def _wider(found: TimeFit, effect, evaluations: int = 20) -> TimeFit:
 
 
 def _hinted(found: TimeFit, effect) -> bool:
-    """Whether it takes enough, from where a search for it begins, for that to be worth while."""
+    """Whether it takes enough, from where a search for it begins, for that to be worth while.
+
+    Beside it the mode's own shape may be other than its reference asks for; a search mends that.
+    """
     starts = effect.starts(found.law.setting, None)
     tries = [extend(found, (effect,), [start]) for start in starts]
-    left = misfits(tries[0][0], np.array([p for _, p in tries])).min()
+    left = misfits(tries[0][0], np.array([p for _, p in tries]), found.samples).min()
     return found.chi2 - left > HINT * SHARE * (found.chi2 - found.samples)
 
 

@@ -44,7 +44,7 @@ def _bounds(law: Law):
     centre = np.log(law.setting.omega / (2 * np.pi))
     low = np.concatenate([np.tile(np.r_[centre - 0.7, np.zeros(K)], a // (2 * K))])
     high = np.concatenate([np.tile(np.r_[centre + 0.7, np.full(K, 0.9)], a // (2 * K))])
-    inner = [bounds(e, K) for e in law.effects]
+    inner = [bounds(e, K, law.setting.places) for e in law.effects]
     effect_low = np.concatenate([i[0] for i in inner]) if inner else np.zeros(0)
     effect_high = np.concatenate([i[1] for i in inner]) if inner else np.zeros(0)
     wide = np.full(b, 50 * A)
@@ -181,9 +181,11 @@ def _search(p, bounds, end: tuple[int, float, float]):
     return p, jacobian, cost
 
 
-def misfits(law: Law, P: np.ndarray) -> np.ndarray:
-    """(B,) chi2 at parameters P (B, p)."""
-    return (residuals(_cut(law, 1.0), P) ** 2).sum(axis=1)
+def misfits(law: Law, P: np.ndarray, rows: int | None = None) -> np.ndarray:
+    """(B,) chi2 at parameters P (B, p), over the first so many `rows` of the residuals: those of
+    the samples come before those that hold the references.
+    """
+    return (residuals(_cut(law, 1.0), P)[:, :rows] ** 2).sum(axis=1)
 
 
 def sharp(found: TimeFit) -> TimeFit:
