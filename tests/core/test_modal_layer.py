@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
+from core.compare import Measured, compare
 from core.data import Material
 from core.effects import compliant_pin, graded_stiffness, poisson_ratio
 from core.elasticity import assemble, hold
+from core.findings import DOUBT, _chance
 from core.modal_layer import improved
 from core.modes import solve_modes
 from tests.core.solids import block, box_surface
@@ -69,3 +71,16 @@ def test_a_solve_begun_near_the_modes_ends_nearer(body):
         told = np.sqrt(eigh(K, M, eigvals_only=True)[:4]) / (2 * np.pi)
         off.append(np.abs(told / whole - 1).max())
     assert off[1] < 1e-3 < off[0]
+
+
+@pytest.mark.parametrize(
+    ("longer", "doubted"), [(1.1, False), (0.9, False), (1.2, True), (0.8, True)]
+)
+def test_a_sag_that_does_not_fit_the_pitches_is_doubted_however_well_these_fit(longer, doubted):
+    pitch, young = np.array([5.0, 7.0, 31.0, 44.0]), 2e5
+    shapes, unit = np.eye(4), np.array([1.0, -2.0, 0.5, 0.0])
+    measured = Measured(
+        pitch, np.full(4, 0.006), shapes, np.full((4, 4), 0.02), sag=unit / young * longer
+    )
+    body = compare(measured, (2 * np.pi * pitch) ** 2 / young, shapes, unit)
+    assert (_chance(body, measured) < DOUBT) == doubted

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.effects import contact
+from core.effects import contact, large_amplitude
 from core.pair import across, crossed
 from core.timefit import as_it_stands
 from tests.core.test_simulate import AMPLITUDE
-from tests.core.test_timefit import TIME, Stop, W, channels, declared, moved, raced
+from tests.core.test_timefit import SHAPE, TIME, Stop, W, channels, declared, moved, raced
 
 OTHER = np.array([0.8, 0.7, -0.1, 0.4])  # how the markers show the other direction
 
@@ -35,6 +35,24 @@ def test_what_a_pair_does_across_a_stop_is_told_from_the_stop():
     assert gap == pytest.approx(0.5 * AMPLITUDE, rel=0.05)
     again = as_it_stands(crossed(replace(alone.law, setting=both.law.setting)), both.parameters)
     assert again.chi2 == pytest.approx(both.chi2)
+
+
+class Hardening:
+    """A stiffness that grows with the square of the displacement, by `share` at the amplitude."""
+
+    def __init__(self, share):
+        self.share = share
+
+    def pull(self, x, v, t, h):
+        return -self.share * W**2 * x**3 / AMPLITUDE**2
+
+
+@pytest.mark.parametrize(("alike", "other"), [(-0.3, 0.1), (0.3, 0.3)])
+def test_what_a_pair_does_across_is_sought_however_much_the_reference_shows_of_it(alike, other):
+    """Fitted alone, the force has taken up some of what swings across where both look alike."""
+    values = aslant(Hardening(0.15), alike * SHAPE + other * OTHER)
+    both = raced(paired(declared(channels(values))), large_amplitude.EFFECT)
+    assert both.chi2 < 1.15 * both.samples
 
 
 def test_nothing_is_taken_across_where_the_force_tells_all():
