@@ -25,6 +25,7 @@ from core.effects import (
 )
 from core.effects.base import FINE
 from core.foils import weakens, weakens_rather
+from core.law import bounds
 from core.linear_part import solve
 from core.refit import turned
 from core.settle import astray
@@ -386,6 +387,14 @@ def test_a_rub_aslant_to_the_first_mode_sits_where_a_mix_of_directions_moves():
         able, _ = rod.able(np.array([way]), np.zeros(1))
         assert able.max() == pytest.approx(np.cos(np.arctan(way)), abs=0.1)
         assert 0.4 * able.max() < rod.lever(np.array([way])) < able.max()
+
+
+def test_a_force_sits_where_some_place_of_the_body_may_be():
+    places = np.array([[1.0, 2.0], [-4.0, 0.1], [0.5, -90.0]])
+    low, high = bounds(dry_friction.EFFECT, 3, places)
+    assert (high[-2:] == [6.0, 30.0]).all()
+    assert (low[-2:] == -high[-2:]).all()
+    assert (bounds(dry_friction.EFFECT, 3, places[:1])[1][-2:] == 30.0).all()
 
 
 def test_few_places_are_told_once_each():
