@@ -113,8 +113,9 @@ def _told(
         if not parted and (apart[n].min() < APART or (paired and apart[n, 0] < SPLIT)):
             continue
         shape = real_shapes(amplitude[None])[0][0][on]
+        # stiffness that loses energy damps the n-fold pitch n-fold
         if not (
-            ALIKE[0] * usual < z < ALIKE[1] * usual
+            ALIKE[0] * usual < z < usual * max(ALIKE[1], f / own[0])
             # a load lowers what is heard first by less than what lies below
             and (loaded or f > lowest)
             and mac(shape, found.shapes[0, on]) < SAME
