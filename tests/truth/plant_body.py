@@ -80,10 +80,10 @@ def compliant_pin(rng, stage) -> Planted:
 
 
 def restiffened(body, modulus, poisson=None):
-    """The body with another field of E (times its own) or another Poisson ratio."""
+    """A change of the body to another field of E (times its own) or another Poisson ratio."""
     nu = body.poisson if poisson is None else poisson
     K, _ = solid.matrices(body.nodes, body.cells, nu, modulus)
-    return replace(body, stiffness=body.young * K)
+    return lambda s, plain: (replace(plain, stiffness=body.young * K), None)
 
 
 def graded_stiffness(rng, stage) -> Planted:
@@ -96,22 +96,18 @@ def graded_stiffness(rng, stage) -> Planted:
         s = (x @ body.axis - start.min()) / np.ptp(start)
         return 1 + (ratio - 1) * s if form == "linear" else ratio**s
 
-    changed = restiffened(body, modulus)
-
     def facts(s, film):
         return {"ratio": ratio, "axis": body.axis.tolist(), "form": str(form)}
 
-    return modal("graded_stiffness", ratio, facts, lambda s, plain: (changed, None))
+    return modal("graded_stiffness", ratio, facts, restiffened(body, modulus))
 
 
 def poisson_ratio(rng, stage) -> Planted:
     """The stuff has another Poisson ratio than the case says."""
     low = stage.body.poisson < 0.46
     value = 0.49 if low and rng.random() < 0.3 else float(rng.uniform(0.15, 0.36))
-    changed = restiffened(stage.body, None, value)
-    return modal(
-        "poisson_ratio", value, lambda s, film: {"value": value}, lambda s, plain: (changed, None)
-    )
+    change = restiffened(stage.body, None, value)
+    return modal("poisson_ratio", value, lambda s, film: {"value": value}, change)
 
 
 def split_modes(rng, stage) -> Planted:

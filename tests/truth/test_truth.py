@@ -180,6 +180,18 @@ def test_a_stiffer_bed_brings_a_compliant_pin_back_to_the_clamp(beam):
     assert hard == pytest.approx(clamped, rel=2e-3)
 
 
+@pytest.mark.parametrize("name", ["graded_stiffness", "poisson_ratio"])
+def test_a_change_of_the_stuff_leaves_a_load_of_another_take_on_it(beam, name):
+    stage = type("S", (), {"body": beam})
+    change = getattr(plant_body, name)(np.random.default_rng(0), stage)
+    tip = int(np.argmax(beam.nodes @ beam.axis))
+    heavy = replace(beam, mass=plant_body.weighted(beam, tip, 0.5 * beam.weight))
+    bare, laden = (
+        bodies.modes(change.body(change.strength, b)[0], 1)[0][0] for b in (beam, heavy)
+    )
+    assert laden < 0.8 * bare
+
+
 def _bed(pin, body, strength):
     changed, ground = pin.body(strength, body)
     return changed, 1, ground
