@@ -186,9 +186,7 @@ def test_a_change_of_the_stuff_leaves_a_load_of_another_take_on_it(beam, name):
     change = getattr(plant_body, name)(np.random.default_rng(0), stage)
     tip = int(np.argmax(beam.nodes @ beam.axis))
     heavy = replace(beam, mass=plant_body.weighted(beam, tip, 0.5 * beam.weight))
-    bare, laden = (
-        bodies.modes(change.body(change.strength, b)[0], 1)[0][0] for b in (beam, heavy)
-    )
+    bare, laden = (bodies.modes(change.body(change.strength, b)[0], 1)[0][0] for b in (beam, heavy))
     assert laden < 0.8 * bare
 
 
