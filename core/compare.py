@@ -30,6 +30,11 @@ class Measured:
     softer: float = 1.0  # static over dynamic stiffness, where a relaxation was found
     sag_error: float = 0.05  # relative: geometry, density and creep
 
+    @property
+    def weight(self) -> np.ndarray:
+        """(K + 1,) of every pitch's logarithm, and of half the sag's."""
+        return np.r_[self.error, self.sag_error / 2] ** -2.0
+
 
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
@@ -40,7 +45,7 @@ class Hypothesis:
     modes: tuple[int, ...]  # computed partner of every measured mode
     frequency: np.ndarray  # (K,) Hz
     shapes: np.ndarray  # (K, C) scaled to the measured ones
-    pitch_pull: np.ndarray  # (K,) standard deviations
+    pitch_pull: np.ndarray  # (K,) standard deviations; (K + 1,) with that of the sag
     shape_chi2: np.ndarray  # (K,)
     sag: np.ndarray | None = None  # (C,)
 
@@ -110,20 +115,22 @@ def _alike(measured, shapes, own) -> np.ndarray:
 
 def _solved(gram: np.ndarray, right: np.ndarray) -> np.ndarray:
     """The normal equations' least solution: two modes of a pair may look the same."""
-    return np.linalg.lstsq(gram, right, rcond=DEPENDENT)[0]
+    size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    right = (right.T / size).T
+    return (np.linalg.lstsq(gram / np.outer(size, size), right, rcond=DEPENDENT)[0].T / size).T
 
 
 def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
     """The hypothesis with these partners, None where it costs no less than `most`."""
     ratio = np.log(measured.frequency / own[list(partners)])
-    weight = measured.error**-2
+    weight = measured.weight[: len(ratio)]
     sag = None
     weigh = unit is not None and measured.sag is not None
     if weigh:
         size = (unit @ measured.sag) / (unit @ unit) * measured.softer  # 1/Pa times softer
         if size > 0:
             ratio = np.r_[ratio, -0.5 * np.log(size)]
-            weight = np.r_[weight, (measured.sag_error / 2) ** -2]
+            weight = measured.weight
     log_root = (weight @ ratio) / weight.sum()
     pull = (ratio - log_root) * np.sqrt(weight)
     if not (pull**2).sum() < most:

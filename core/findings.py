@@ -115,7 +115,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
             return plain
         ranked = [replace(s, evidence=s.evidence - known[0].evidence) for s in ranked]
     ranked = [s for s in ranked if s.effect.name not in heard.body.case.declared]
-    over = base.chi2 - pieces
+    over = max(base.chi2 - pieces, 0.0)
     good = [
         s
         for s in ranked
@@ -129,7 +129,10 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     free = errors(verdict.damped)
     if not good or not mends(with_it, before, free):
         if base.chi2 < CLEAR * pieces:
-            line = "Pitches or shapes differ a little from the body's; no known effect mends them."
+            line = (
+                "Pitches, shapes or the sag differ a little from the body's; "
+                "no known effect mends that."
+            )
             return replace(plain, warnings=[*plain.warnings, line])
         return replace(plain, verdict="unexplained", before=before, misfit=misfit)
     best = good[0]
@@ -156,9 +159,8 @@ def _chance(body: Hypothesis, measured: Measured) -> float:
     whole = chi2_law.sf((pull**2).sum(), max(len(pull) - 1, 1))
     if len(pull) == K:
         return float(whole)
-    weight = np.r_[measured.error, measured.sag_error / 2] ** -2.0
-    alone = pull[K] ** 2 / (1 - weight[K] / weight.sum())
-    return float(min(whole, 2 * chi2_law.sf(alone, 1)))
+    alone = pull[K] ** 2 / (1 - measured.weight[K] / measured.weight.sum())
+    return float(2 * min(whole, chi2_law.sf(alone, 1)))
 
 
 def _no_suspects(body: Body) -> list[str]:

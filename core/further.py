@@ -21,6 +21,8 @@ NEAR = 0.1  # of a computed pitch, that a mode beside the strongest one has
 SAME = 0.7  # MAC with the strongest mode above which it mimics what acts in time
 LOWEST = 0.9  # of the body's lowest pitch
 ALIKE = (0.3, 3.0)  # damping ratio over that of the known modes
+STEEPER = 1.5  # damping ratio over pitch, over the same of the known modes
+LIVELY = 0.25  # damping ratio up to which a mode so far above them may be one
 BODILY = 0.8  # share of its shape within those of the body's low modes
 SPAN = 12  # of them
 NEARLY, SURE = 0.05, 0.9  # of a computed pitch, and MAC: a mode even where an overtone would lie
@@ -99,7 +101,6 @@ def _told(
         ):
             return []
     own = _pitches(law, found.parameters, take)
-    usual = np.median(found.damping_ratio)
     paired = has_twin(match.modes, body.modes.frequency)
     loaded = bool(data.take.loads) and len({law.pitch[i] for i in law.fitted}) > 1
     lowest = LOWEST * own[0] * body.modes.frequency[0] / body.modes.frequency[match.modes[0]]
@@ -113,9 +114,8 @@ def _told(
         if not parted and (apart[n].min() < APART or (paired and apart[n, 0] < SPLIT)):
             continue
         shape = real_shapes(amplitude[None])[0][0][on]
-        # stiffness that loses energy damps the n-fold pitch n-fold
         if not (
-            ALIKE[0] * usual < z < usual * max(ALIKE[1], f / own[0])
+            damps_alike(f, z, own, found.damping_ratio)
             # a load lowers what is heard first by less than what lies below
             and (loaded or f > lowest)
             and mac(shape, found.shapes[0, on]) < SAME
@@ -172,6 +172,16 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
             out.append((float(f), float(z)))
             known.append(f)
     return out
+
+
+def damps_alike(f: float, z: float, own: np.ndarray, damping_ratio: np.ndarray) -> bool:
+    """Whether a mode of `f` Hz may be damped by `z` in a body with modes (K,) Hz and their ratios.
+
+    Stiffness that loses energy damps the n-fold pitch n-fold (Rayleigh damping).
+    """
+    usual, steep = np.median(damping_ratio), np.median(damping_ratio / own)
+    most = max(ALIKE[1] * usual, min(STEEPER * steep * f, LIVELY))
+    return bool(ALIKE[0] * usual < z < most)
 
 
 def _pitches(law, p: np.ndarray, take: int) -> np.ndarray:

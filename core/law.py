@@ -130,7 +130,8 @@ class TimeFit:
 def bounds(effect: Effect, modes: int, places=None) -> tuple[np.ndarray, np.ndarray]:
     """Of the inner parameters: its own, then where a force sits, by its share in higher modes.
 
-    places (Q, modes - 1): those shares where they are known; no place has a much larger one.
+    places (Q, modes - 1): those shares where they are known, first the reference's, which alone
+    tells nothing; no place has a much larger one.
     """
     spread = np.full(modes - 1 if effect.force else 0, FARTHEST)
     if len(spread) and places is not None and len(places) > 1:

@@ -1,5 +1,6 @@
 """Which change of the body explains the measured pitches and shapes together."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -15,7 +16,7 @@ from .factorization import factorize
 from .ground import Ground
 from .side_by_side import side_by_side
 
-CHOICES = 10  # places or axes whose numbers are refined
+CHOICES = 10  # places or forms whose numbers are refined
 LIMIT = 3.84  # rise of chi2 within which a parameter is not told from the best one, 95 %
 HALVINGS = 5  # of the step that looks for it
 ITERATIONS = 3  # of a body's modes towards those of a changed one
@@ -43,10 +44,9 @@ def suspects(ground: Ground, names: list[str]) -> list[Suspect]:
 
     def fitted(effect):
         try:
-            families = effect.families(ground.body, solve)
+            return _fit(effect, effect.families(ground.body, solve), ground)
         except DataError:  # so changed, it could not bear its own weight
             return None
-        return _fit(effect, families, ground)
 
     effects = [effect for effect in MODAL_EFFECTS if effect.name not in names]
     out = side_by_side(
@@ -73,7 +73,7 @@ def improved(model, shapes: np.ndarray) -> np.ndarray:
     return out
 
 
-def _fit(effect: Effect, families: tuple[Family, ...], ground: Ground) -> Suspect | None:
+def _fit(effect: Effect, families: Iterable[Family], ground: Ground) -> Suspect | None:
     ends, told = [], []
     for family in families:
         found = _best(effect, family, ground)
@@ -157,7 +157,7 @@ def _moved(theta: np.ndarray, i: int, by: float) -> np.ndarray:
 
 
 def _best_choices(family: Family, costs: np.ndarray) -> list[np.ndarray]:
-    """The best grid points of the few best choices (places, axes)."""
+    """The best grid points of the few best choices (places, forms)."""
     best = {}
     for i in np.argsort(costs):
         best.setdefault(tuple(family.grid[i][: family.frozen]), family.grid[i].astype(float))

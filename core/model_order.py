@@ -162,7 +162,7 @@ def _less_a_makeshift(record: Record, model: Model, among: list[int]) -> Model |
     for k in among:
         if makeshift(record, model, k):
             poles = _without(model.fit.poles, k)
-            smaller = model_of(record, poles, model.degree, TRIAL)
+            smaller = model_of(record, poles, model.degree, 2 * TRIAL)
             if makeshift(record, model, k, smaller):
                 return smaller
     return None

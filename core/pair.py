@@ -67,7 +67,8 @@ def _hinted(found: TimeFit, effect) -> bool:
     starts = effect.starts(found.law.setting, None)
     tries = [extend(found, (effect,), [start]) for start in starts]
     left = misfits(tries[0][0], np.array([p for _, p in tries]), found.samples).min()
-    return found.chi2 - left > HINT * SHARE * (found.chi2 - found.samples)
+    before = (found.residuals[: found.samples] ** 2).sum()
+    return before - left > HINT * SHARE * (found.chi2 - found.samples)
 
 
 def _shows(wider: TimeFit, found: TimeFit) -> bool:

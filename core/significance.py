@@ -117,7 +117,7 @@ def makeshift(record: Record, model: Model, k: int, small: Model | None = None) 
     likeness = np.abs(shape.conj() @ shape[k]) ** 2 / np.maximum(power * power[k], 1e-300)
     omega, decay = model.fit.poles.omega, model.fit.poles.decay
     same = (np.abs(omega / omega[k] - 1) < SAME_PITCH) & (likeness > SAME_SHAPE)
-    if misfit and not (small and _takes_all(small, model)):
+    if misfit and not (small is not None and _takes_all(small, model)):
         # the shapes of two modes closer than their widths are uncertain too
         blurred = np.abs(omega - omega[k]) < decay + decay[k]
         same |= blurred & (likeness > SAME_SHAPE_BLURRED)

@@ -8,6 +8,7 @@ import numpy as np
 UNSURE = 0.1  # of the most that a place shares in a higher mode, that computed shapes are off
 FAINT = 3.0  # standard deviations that an effect's strength is away from nought at least
 FINE = 32  # steps per period of the first mode; only added forces see them, smooth ones squared
+KNOWN = 1e-7  # of a motion that a basis has not, below which it is rounding
 SAME_SHAPE = 0.7  # share of a second motion along a mode's shape that makes it a mere companion
 
 
@@ -130,7 +131,7 @@ class Effect:
     requires: Callable | None = None  # (setting, takes) -> reason why not, or ""
     change_model: Callable | None = None  # modal layer
     nothing: tuple[str, float] | None = None  # modal: the parameter, and its value without effect
-    families: Callable | None = None  # modal layer: (body, solve) -> (Family, ...)
+    families: Callable | None = None  # modal layer: (body, solve) -> Families, each in turn
 
     @property
     def marched(self) -> bool:
@@ -155,7 +156,8 @@ class Family:
     """A body that depends on a modal effect's parameters, reduced to a basis that spans them.
 
     The basis holds modes solved at several values of the parameters (Noor and Peters, AIAA J. 18
-    (1980) 455), so that any value between costs a small dense eigenproblem.
+    (1980) 455), or what the change makes of them, so that any value between costs a small dense
+    eigenproblem.
     """
 
     basis: np.ndarray  # (3P, r)
@@ -172,12 +174,21 @@ class Family:
 
 
 def reduced_basis(parts: list[np.ndarray], mass) -> np.ndarray:
-    """(3P, r) mass-orthonormal basis of all columns of `parts` [(3P, n), ...]."""
-    X = np.hstack(parts)
-    X = X / np.sqrt(np.einsum("ij,ij->j", X, mass @ X))
-    w, v = np.linalg.eigh(X.T @ (mass @ X))
-    keep = w > 1e-9 * w[-1]
-    return X @ (v[:, keep] / np.sqrt(w[keep]))
+    """(3P, r) mass-orthonormal basis of all columns of `parts` [(3P, n), ...].
+
+    Part by part, what is new in each being scaled up: what stiffens a slender body moves little.
+    """
+    basis = np.zeros((len(parts[0]), 0))
+    for part in parts:
+        X = part / np.sqrt(np.einsum("ij,ij->j", part, mass @ part))
+        for _ in range(2):
+            X = X - basis @ (basis.T @ (mass @ X))
+            size = np.sqrt(np.einsum("ij,ij->j", X, mass @ X))
+            X = X[:, size > KNOWN] / size[size > KNOWN]
+        w, v = np.linalg.eigh(X.T @ (mass @ X))
+        keep = w > KNOWN
+        basis = np.hstack([basis, X @ (v[:, keep] / np.sqrt(w[keep]))])
+    return basis
 
 
 def ring(omega: np.ndarray, zeta: np.ndarray, time: np.ndarray) -> np.ndarray:

@@ -64,7 +64,7 @@ def families(body, solve):
     model, free = body.model, body.model.free
     modes = body.modes.shapes.reshape(-1, body.modes.shapes.shape[2])
     factor = factorize(model.stiffness[free][:, free], np.repeat(model.points, 3, axis=0)[free])
-    return tuple(_along_one(model, axis, modes, factor) for axis in _axes(model))
+    return (_along_one(model, axis, modes, factor) for axis in _axes(model))
 
 
 def _along_one(model, axis, modes, factor) -> Family:

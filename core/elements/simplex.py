@@ -88,7 +88,7 @@ def pairs_of(cells: np.ndarray, count: int) -> Pairs:
     return Pairs(count, columns, np.searchsorted(rows, np.arange(count + 1)), where, mirror)
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=1)
 def _pattern(mesh: TetMesh, element: Element, count: int) -> Pairs:
     """The pattern of an element's matrices; a mesh is mostly assembled several times in a row."""
     return pairs_of(element.cells(mesh), count)

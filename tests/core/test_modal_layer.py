@@ -11,17 +11,19 @@ from core.data import Material
 from core.effects import compliant_pin, graded_stiffness, poisson_ratio
 from core.elasticity import assemble, hold
 from core.findings import DOUBT, _chance
+from core.further import damps_alike
 from core.modal_layer import improved
 from core.modes import solve_modes
 from tests.core.solids import block, box_surface
 
-SIZE = (0.1, 0.03, 0.02)
+STOCKY, SLENDER = ((6, 2, 2), (0.1, 0.03, 0.02)), ((12, 2, 2), (0.2, 0.01, 0.01))
 
 
-@pytest.fixture(scope="module")
-def body():
-    surface = box_surface(SIZE)
-    free = assemble(block((6, 2, 2), SIZE, jitter=0.2), Material(1000.0, 0.4))
+@pytest.fixture(scope="module", params=[STOCKY, SLENDER], ids=["stocky", "slender"])
+def body(request):
+    counts, size = request.param
+    surface = box_surface(size)
+    free = assemble(block(counts, size, jitter=0.2), Material(1000.0, 0.45))
     model = hold(free, surface, surface.vertices[:, 0] < 1e-9)
     return SimpleNamespace(model=model, modes=solve_modes(model, 16))
 
@@ -38,7 +40,7 @@ def differ(family, theta, model):
     return np.abs(told / solve_modes(model, 6).frequency - 1).max()
 
 
-@pytest.mark.parametrize("ratio", [0.2, 0.5, 2.0, 5.0])
+@pytest.mark.parametrize("ratio", [0.1, 0.4, 2.5, 10.0])
 def test_a_graded_body_has_the_pitches_of_the_whole_one(body, ratio):
     for n, family in enumerate(reduced(body, graded_stiffness)):
         axis = graded_stiffness._axes(body.model)[n]
@@ -84,3 +86,14 @@ def test_a_sag_that_does_not_fit_the_pitches_is_doubted_however_well_these_fit(l
     )
     body = compare(measured, (2 * np.pi * pitch) ** 2 / young, shapes, unit)
     assert (_chance(body, measured) < DOUBT) == doubted
+
+
+@pytest.mark.parametrize(("pitch", "ratio", "can_be"), [
+    (40.0, 0.02, True),  # as the others
+    (40.0, 0.14, True),  # steeper than its pitch, a little
+    (40.0, 0.2, False),
+    (400.0, 0.3, False),  # nothing that dies at once
+    (40.0, 0.004, False),
+])  # fmt: skip
+def test_a_further_mode_is_damped_as_the_others_or_as_its_pitch_is_higher(pitch, ratio, can_be):
+    assert damps_alike(pitch, ratio, np.array([8.0, 16.0]), np.array([0.02, 0.04])) == can_be

@@ -83,7 +83,7 @@ def restiffened(body, modulus, poisson=None):
     """A change of the body to another field of E (times its own) or another Poisson ratio."""
     nu = body.poisson if poisson is None else poisson
     K, _ = solid.matrices(body.nodes, body.cells, nu, modulus)
-    return lambda s, plain: (replace(plain, stiffness=body.young * K), None)
+    return lambda s, plain: (replace(plain, stiffness=plain.young * K), None)
 
 
 def graded_stiffness(rng, stage) -> Planted:
