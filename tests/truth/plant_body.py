@@ -79,10 +79,15 @@ def compliant_pin(rng, stage) -> Planted:
     return modal("compliant_pin", log_uniform(rng, 0.1, 0.6), facts, change)
 
 
-def restiffened(body, modulus, poisson=None):
-    """A change of the body to another field of E (times its own) or another Poisson ratio."""
+def stiffness_of(body, modulus, poisson=None):
+    """At E = 1 Pa times the field `modulus`, with the body's Poisson ratio or another one."""
     nu = body.poisson if poisson is None else poisson
-    K, _ = solid.matrices(body.nodes, body.cells, nu, modulus)
+    return solid.matrices(body.nodes, body.cells, nu, modulus)[0]
+
+
+def restiffened(body, modulus, poisson=None):
+    """The planting of another field of E (times its own) or another Poisson ratio."""
+    K = stiffness_of(body, modulus, poisson)
     return lambda s, plain: (replace(plain, stiffness=plain.young * K), None)
 
 
@@ -167,7 +172,7 @@ def gravity_preload(rng, stage) -> Planted:
     used, faces = np.unique(body.faces, return_inverse=True)
     seen = replace(body, nodes=body.nodes + u, vertices=(body.nodes + u)[used])
     seen = replace(seen, triangles=solid.triangles(faces.reshape(-1, 9)))
-    stage.body = restiffened(seen, None)
+    stage.body = replace(seen, stiffness=seen.young * stiffness_of(seen, None))
     stage.weighed = G
     one = modal("gravity_preload", 1.0, lambda s, film: {}, None)
     one.body = lambda s, plain: (replace(plain, stiffness=tangent), None)
