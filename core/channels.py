@@ -54,14 +54,6 @@ class Channels:
         return float(np.median(np.diff(self.time)))
 
 
-def free_frames(time: np.ndarray, window: tuple[float, float]) -> np.ndarray:
-    """(T,) bool: frames of the free motion between the two instants of `window`, s.
-
-    One that is exposed around the release has still seen the object held.
-    """
-    return (time > window[0] + np.median(np.diff(time)) / 2) & (time <= window[1] + 1e-9)
-
-
 def free_motion(take: Take, window: tuple[float, float], noise: np.ndarray) -> Channels:
     """The channels (C = n d) of `take` between the release and the end, `window` in s.
 
@@ -69,7 +61,7 @@ def free_motion(take: Take, window: tuple[float, float], noise: np.ndarray) -> C
     third is kept back. Raises RecordingError where fewer than 12 frames are left.
     """
     recording = take.recording
-    inside = free_frames(recording.time, window)
+    inside = (recording.time >= window[0] - 1e-9) & (recording.time <= window[1] + 1e-9)
     T, n, d = recording.values.shape
     if inside.sum() < 12:
         raise RecordingError(

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .channels import Channels, free_frames, free_motion
+from .channels import Channels, free_motion
 from .data import RingDown, Take, poles, replace
 from .errors import RecordingError
 from .harmonic_inversion import invert
@@ -11,6 +11,8 @@ from .noise_floor import noise_floor
 from .shutter import at_once
 
 ROUNDED = 0.01  # of a frame that a written instant may be beside one
+ENOUGH = 12  # frames, of which one may be left out
+OFF, HELD = 1.5, 0.5  # noise, rms, that is more than noise; share of it that one frame must make
 PERIODS = 2.0  # of the lowest mode that a recording must hold
 
 
@@ -22,16 +24,21 @@ def listen(take: Take, find_release) -> tuple[Channels, RingDown]:
     recording = take.recording
     window = release(take, find_release)
     T = len(recording.time)
-    inside = free_frames(recording.time, window)
+    inside = (recording.time >= window[0] - 1e-9) & (recording.time <= window[1] + 1e-9)
     values = recording.values.reshape(T, -1)[inside]
     time = recording.time[inside]
     if inside.sum() < 12:
         free_motion(take, window, np.ones(values.shape[1]))
     noise = np.maximum(noise_floor(time, values), 1e-12 * np.nanstd(values) + 1e-300)
     data = free_motion(take, window, noise)
-    use = data.fit if not take.held_out else np.ones(len(data.time), bool)
+    ring = _inverted(data)
+    left = _left(data, ring)
+    # exposed around the release, the first frame has still seen the object held
+    if left > OFF and data.fit.sum() > ENOUGH:
+        later = _without_first(data)
+        other = _inverted(later)
+        data, ring = (later, other) if _left(later, other) < HELD * left else (data, ring)
     moving = ~data.support
-    ring = invert(data.time[use], data.values[use][:, moving], noise=noise[moving])
     if not len(ring.frequency):
         raise RecordingError(
             f"recording {take.name}: no oscillation stands out of the noise. "
@@ -55,6 +62,30 @@ def listen(take: Take, find_release) -> tuple[Channels, RingDown]:
     amplitude = at_once(ring.amplitude, pole, data.late)
     at_release = np.exp(-pole * ring.t0)[:, None]  # the first sample may be a little later
     return data, replace(ring, amplitude=amplitude * at_release, t0=0.0)
+
+
+def _inverted(data: Channels) -> RingDown:
+    use = data.fit if not data.take.held_out else np.ones(len(data.time), bool)
+    on = ~data.support
+    return invert(data.time[use], data.values[use][:, on], noise=data.sigma[on])
+
+
+def _left(data: Channels, ring: RingDown) -> float:
+    """What the ring-down leaves of the fitted part, rms in noise."""
+    on = ~data.support
+    phase = np.exp(np.outer(data.time - ring.t0, poles(ring.frequency, ring.damping_ratio)))
+    left = (data.values[:, on] - (phase @ ring.amplitude).real - ring.offset) / data.sigma[on]
+    return float(np.sqrt(np.nanmean(left[data.fit] ** 2)))
+
+
+def _without_first(data: Channels) -> Channels:
+    return replace(
+        data,
+        time=data.time[1:],
+        values=data.values[1:],
+        fit=data.fit[1:],
+        rows=data.rows[1:],
+    )
 
 
 def release(take: Take, find_release) -> tuple[float, float]:

@@ -33,8 +33,7 @@ def find_release(time: np.ndarray, signals: np.ndarray) -> tuple[float, float]:
     The loudest ring-down of the record, by speed, so that a slow pull before the release does not
     count. It begins with the earliest frame from which on the motion is one of damped sinusoids
     with the poles that the later motion has, and ends where something strikes again or where
-    nothing but noise is left; the frame at its beginning may have been exposed around the release.
-    Raises RecordingError where nothing moves.
+    nothing but noise is left. Raises RecordingError where nothing moves.
     """
     time, signals = np.asarray(time, float), np.asarray(signals, float)
     signals = signals[:, np.isfinite(signals).sum(axis=0) >= FEWEST_FRAMES]
