@@ -109,7 +109,7 @@ def parameters(found: TimeFit, index: int) -> dict:
     setting = replace(
         law.setting,
         pose=_pose(found),
-        pitches=found.frequency,
+        pitch=found.frequency[0],
         near=perspective.near(found),
     )
     a, b, _ = law.sizes()
