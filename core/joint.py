@@ -24,6 +24,7 @@ from .match import (
 from .pair import with_partner
 from .residual import excess
 from .settle import Recorded, amplitudes, astray, beside, moves_its_way, settle, untied
+from .symmetry import is_even
 from .timefit import fit
 from .unheard import weak_modes
 
@@ -178,7 +179,14 @@ def _with_all(settled: tuple, body: Body, condition: int, rings: tuple):
     free, turns, matches = settled
     first, computed = matches[condition], body.modes.frequency
     gaps = _gaps(first.modes, computed)
-    setting = replace(free.law.setting, paired=has_twin(first.modes, computed), gap=gaps.get(0))
+    paired, pair = has_twin(first.modes, computed), 0
+    if not paired and gaps and is_even(body.bare):  # the strongest of the others with a partner
+        swing = np.array([np.abs(u).max(axis=0) for u in free.motions]).max(axis=0)
+        pair = max(gaps, key=lambda k: swing[k])
+        paired = bool(swing[pair] > FAINT * swing.max())
+    setting = replace(
+        free.law.setting, paired=paired, pair=pair, pair_gap=gaps.get(pair, 0.0), gap=gaps.get(0)
+    )
     free = replace(free, law=replace(free.law, setting=setting))
     # what other loads part hides what belongs to one take
     if len({free.law.pitch[i] for i in free.law.fitted}) > 1:

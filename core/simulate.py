@@ -11,7 +11,7 @@ from .in_step import asked
 RUNAWAY = 30.0  # first amplitudes; a motion that has run away stays finite
 OFTEN = 8  # steps between two looks at it; between them it goes on
 COARSE = 16  # steps per period of the first mode, while it is only sought which force is there
-UNFELT = ("steps", "pitch", "pose")  # what a setting says to others than forces
+UNFELT = ("steps", "pitches", "pose")  # what a setting says to others than forces
 ROOM = 30e6  # numbers of a march's path: 240 MB
 HIGHEST = 3  # steps per period of the highest mode: at two, the kicks would be in step with it
 

@@ -109,7 +109,7 @@ def parameters(found: TimeFit, index: int) -> dict:
     setting = replace(
         law.setting,
         pose=_pose(found),
-        pitch=found.frequency[0],
+        pitches=found.frequency,
         near=perspective.near(found),
     )
     a, b, _ = law.sizes()

@@ -50,11 +50,13 @@ class Setting:
     towards: np.ndarray | None = None  # (C,) seen motion times motion towards the camera, per m2
     behind: float = 0.0  # m that the object's middle is further from the camera than its markers'
     pose: np.ndarray | None = None  # (C,) what swings, at the release; known once it is fitted
-    pitch: float | None = None  # Hz of the first mode; known once it is fitted
+    pitches: np.ndarray | None = None  # (K,) Hz; known once they are fitted
     near: object | None = None  # a camera's Nearness, where the rest places show it without doubt
     steps: int = FINE  # of a march, per period of the first mode
-    paired: bool = True  # the first mode has a degenerate partner that was not matched
-    gap: float | None = None  # relative, of that partner's pitch as computed; None: not known
+    paired: bool = True  # a mode has a degenerate partner that was not matched
+    pair: int = 0  # of the modes, which one that is
+    pair_gap: float = 0.0  # relative, of that partner's pitch as computed
+    gap: float | None = None  # the same of the first mode's; None: it has none, or not known
 
     def able(self, couples: np.ndarray, spread: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(n,) levers of the places that `couples` (K - 1,) may be, and (n, K - 1) those places.
@@ -71,7 +73,9 @@ class Setting:
     @property
     def stiffer(self) -> float:
         """Stiffness of the declared fit's first mode over that of the final one."""
-        return (self.omega[0] / (2 * np.pi * self.pitch)) ** 2 if self.pitch else 1.0
+        if self.pitches is None:
+            return 1.0
+        return float(self.omega[0] / (2 * np.pi * self.pitches[0])) ** 2
 
     def lever(self, couples: np.ndarray) -> float:
         """Motion, over the reference's in mode 1, that the known places which `couples` may be have

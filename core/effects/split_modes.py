@@ -19,51 +19,53 @@ ALIKE = 1.5  # ratio of the damping ratios of two modes of one material, at most
 
 def columns(theta, setting, time, u):
     """cos and sin of the second mode with free shapes; theta = (split, damping ratio)."""
-    omega = setting.omega[0] * (1 + theta[:, 0])[:, None]
+    omega = setting.omega[setting.pair] * (1 + theta[:, 0])[:, None]
     return ring(omega, theta[:, 1][:, None], time)
 
 
 def veto(found):
     """A companion of the same shape is no second direction: it mimics what follows amplitude."""
-    theta = found.theta[-1][0]
-    split = report(theta, replace(found.law.setting, pitch=found.frequency[0]), None)["split"]
+    theta, k = found.theta[-1][0], found.law.setting.pair
+    split = report(theta, replace(found.law.setting, pitches=found.frequency), None)["split"]
     at, own = len(found.parameters) - len(theta), found.covariance
-    variance = own[at, at] + own[0, 0] - 2 * own[at, 0]  # of the split: logarithms of pitches
+    variance = own[at, at] + own[k, k] - 2 * own[at, k]  # of the split: logarithms of pitches
     spread = np.sqrt(max(variance * max(found.chi2 / found.samples, 1.0), 0.0))
-    if split - FAINT * spread < SPREAD + (found.law.setting.gap or 0.0):
+    if split - FAINT * spread < SPREAD + found.law.setting.pair_gap:
         return "both may have one pitch"
-    return "" if _other_way(found, theta[1]) else companion(found, 0)
+    return "" if _other_way(found, theta[1]) else companion(found, k)
 
 
 def _other_way(found, z: float) -> bool:
     """Whether it may be another direction that one camera sees as the same shape: as a mode of
     the same material it is damped alike, and it leaves nothing.
     """
-    alike = abs(np.log(z / max(found.damping_ratio[0], 1e-6))) < np.log(ALIKE)
+    own = found.damping_ratio[found.law.setting.pair]
+    alike = abs(np.log(z / max(own, 1e-6))) < np.log(ALIKE)
     flat = found.law.setting.towards is not None
     return flat and alike and found.chi2 < NOTHING * found.samples
 
 
 def _both(theta, setting, first: float) -> np.ndarray:
     """(2,) Hz"""
-    return np.array([first, setting.omega[0] / (2 * np.pi) * (1 + theta[0])])
+    return np.array([first, setting.omega[setting.pair] / (2 * np.pi) * (1 + theta[0])])
 
 
 def report(theta, setting, shape):
     """The distance of the two pitches over their mean."""
-    both = _both(theta, setting, setting.pitch or setting.omega[0] / (2 * np.pi))
+    pitches = setting.omega / (2 * np.pi) if setting.pitches is None else setting.pitches
+    both = _both(theta, setting, pitches[setting.pair])
     return {"split": float(np.ptp(both) / both.mean())}
 
 
 def middle(found) -> float:
-    """Pitch midway between the first mode and its split partner, over the first's; 1 without one.
+    """Pitch midway between a mode and its split partner, over that mode's; 1 without one.
 
     A symmetric body's modulus is that of the pair: what parts it puts one up and one down.
     """
     names = [effect.name for effect in found.law.effects]
     if EFFECT.name not in names:
         return 1.0
-    theta, first = found.theta[names.index(EFFECT.name)][0], found.frequency[0]
+    theta, first = found.theta[names.index(EFFECT.name)][0], found.frequency[found.law.setting.pair]
     return float(_both(theta, found.law.setting, first).mean() / first)
 
 
@@ -76,7 +78,8 @@ EFFECT = Effect(
     low=(-0.17, 1e-4),
     high=(0.17, 0.3),
     starts=lambda setting, residual: [
-        (s, float(np.clip(setting.zeta[0], 0.003, 0.2))) for s in (-0.08, -0.02, 0.02, 0.08)
+        (s, float(np.clip(setting.zeta[setting.pair], 0.003, 0.2)))
+        for s in (-0.08, -0.02, 0.02, 0.08)
     ],
     columns=columns,
     of_release=True,

@@ -387,6 +387,10 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             "split_modes", 7643, {"split_modes"}, 1.1,
             id="a partner that would part further than it may is none",
         ),
+        pytest.param(
+            "split_modes", 67688, {"split_modes"}, 1.1,
+            id="the pair that is split need not be the strongest mode's",
+        ),
     ],
 )  # fmt: skip
 def test_what_was_planted_is_named_and_nothing_else(kind, seed, names, most, tmp_path):

@@ -281,6 +281,17 @@ def test_a_split_of_the_same_shape_is_one_where_a_camera_may_see_both_ways_alike
     assert bool(split_modes.veto(one)) is not named
 
 
+def test_a_split_is_that_of_the_mode_that_has_a_partner():
+    two = replace(setting(), omega=W * np.array([1.0, 2.2]), zeta=np.full(2, 0.02), pair=1)
+    theta = np.array([0.03, 0.02])
+    own = W * 2.2 / (2 * np.pi)
+    told = split_modes.report(theta, replace(two, pitches=np.array([7.0, 0.99 * own])), None)
+    assert told["split"] == pytest.approx((1.03 - 0.99) / 1.01)
+    wave = split_modes.columns(theta[None], two, TIME[None], None)[0, :, 0]
+    swings = (np.diff(np.sign(wave)) != 0).sum() / 2 / (TIME[-1] - TIME[0])
+    assert swings == pytest.approx(1.03 * own, rel=0.02)
+
+
 def two_modes(ratio):
     """The fit of two modes to a recording of two, heard at the first one's pitch."""
     other = np.array([0.2, -0.5, 0.6, 0.4])
