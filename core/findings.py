@@ -127,18 +127,19 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     with_it = row(good[0].effect.name, verdict, ground, good[0].hypothesis) if good else None
     misfit = (float((base.pitch_pull**2).sum()), float(base.shape_chi2.sum()))
     free = errors(verdict.damped)
-    if not good or not mends(with_it, before, free):
-        if base.chi2 < CLEAR * pieces:
-            line = (
-                "Pitches, shapes or the sag differ a little from the body's; "
-                "no known effect mends that."
-            )
-            return replace(plain, warnings=[*plain.warnings, line])
+    mended = bool(good) and mends(with_it, before, free)
+    if not mended and base.chi2 < CLEAR * pieces:
+        line = (
+            "Pitches, shapes or the sag differ a little from the body's; "
+            "no known effect mends that."
+        )
+        return replace(plain, warnings=[*plain.warnings, line])
+    if not good:
         return replace(plain, verdict="unexplained", before=before, misfit=misfit)
     best = good[0]
     outweighed = before[2] > OUTWEIGHS * free[1]
     clear = verdict.verdict != "unexplained" or outweighed
-    clear = clear and not strays(verdict.final, ASTRAY)
+    clear = clear and mended and not strays(verdict.final, ASTRAY)
     found = "explained" if clear and leaves(with_it, before, free) <= LEFT else "unexplained"
     return replace(
         plain,

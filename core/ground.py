@@ -10,6 +10,7 @@ from .camera_layer import true_frequency
 from .channels import Channels
 from .compare import PITCH_FLOOR, SHAPE_FLOOR, Hypothesis, Measured, compare, rematched
 from .diagnosis import Verdict
+from .effects import split_modes
 from .effects.further_mode import is_a_mode, is_further, pitch_of
 from .elasticity import gravity_force, static
 from .joint import Heard
@@ -47,6 +48,10 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     spread = np.sqrt(np.maximum(np.diag(final.covariance)[at], 0) * inflation(final))
     bias = BIASED * max(_moved(final, verdict.damped), _bent(final))
     error = np.sqrt(spread**2 + bias**2 + (0.5 * model_error) ** 2 + PITCH_FLOOR**2)
+    middle, split = split_modes.middle(final), final.law.setting.pair
+    error[split] = np.hypot(error[split], abs(middle - 1) / np.sqrt(3))  # anywhere between the two
+    pitches = np.r_[true_frequency(heard, final), [one.frequency for one in further]]
+    pitches[split] *= middle
     samples = max(int(data.fit.sum()), 1)
     shapes = np.vstack([final.shapes, *(one.shape for one in further)])
     size = np.abs(shapes).max(axis=1, keepdims=True)
@@ -67,7 +72,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         tilt = TILTED * np.abs(sag).max() / px_per_metre(data) / length
         shape_error = np.hypot(shape_error, tilt * size)  # it swings about where it hangs
     measured = Measured(
-        np.r_[true_frequency(heard, final), [one.frequency for one in further]],
+        pitches,
         error,
         shapes,
         shape_error,

@@ -22,9 +22,10 @@ from .match import (
     turning,
 )
 from .pair import with_partner
+from .refit import sunk
 from .residual import excess
 from .settle import Recorded, amplitudes, astray, beside, moves_its_way, settle, untied
-from .symmetry import is_even
+from .symmetry import is_even, unevenness
 from .timefit import fit
 from .unheard import weak_modes
 
@@ -178,7 +179,7 @@ def _with_neighbour(ground: Recorded, settled: tuple) -> tuple:
 def _with_all(settled: tuple, body: Body, condition: int, rings: tuple):
     free, turns, matches = settled
     first, computed = matches[condition], body.modes.frequency
-    gaps = _gaps(first.modes, computed)
+    gaps = _gaps(first.modes, body)
     paired, pair = has_twin(first.modes, computed), 0
     if not paired and gaps and is_even(body.bare):  # the strongest of the others with a partner
         swing = np.array([np.abs(u).max(axis=0) for u in free.motions]).max(axis=0)
@@ -202,16 +203,35 @@ def _straightened(ground: Recorded, turns, index: int) -> Channels:
     return data if turn is None else straightened(data, body, turn)
 
 
-def _gaps(modes, frequency: np.ndarray) -> dict[int, float]:
-    """How far the computed partner of each matched degenerate mode lies from it, relatively."""
+def _gaps(modes, body: Body) -> dict[int, float]:
+    """How far the partner of each matched degenerate mode lies from it, relatively: as computed,
+    or by the body's own unevenness where nothing else parts them than how it was meshed.
+    """
+    frequency = body.modes.frequency
+    most = unevenness(body.bare) if body.model is body.bare else np.inf
     return {
-        k: float(np.abs(np.delete(frequency, modes) / frequency[modes[k]] - 1).min())
+        k: min(float(np.abs(np.delete(frequency, modes) / frequency[modes[k]] - 1).min()), most)
         for k in turning(modes, frequency, 2 * PAIR)
     }
 
 
-def _with_partners(found: TimeFit, gaps: dict[int, float]) -> TimeFit:
-    """The fit with the other direction of those degenerate modes that show it."""
+def laid_bare(heard: Heard, found: TimeFit, effects: int) -> TimeFit:
+    """The fit with the body's modes that its last so many effects lay bare: other directions of
+    degenerate modes where the camera alone is at fault (a force has `across`), and further modes.
+    """
+    own = found.law.effects[-effects:]
+    known = any(e.layer == "pair" for e in found.law.effects)
+    if None not in heard.match.modes and not known and all(e.layer == "camera" for e in own):
+        gaps = _gaps(heard.match.modes, heard.body)
+        found = _with_partners(found, gaps, effects)
+    return with_further(found, heard.match, heard.body, at=len(found.law.effects) - effects)
+
+
+def _with_partners(found: TimeFit, gaps: dict[int, float], below: int = 0) -> TimeFit:
+    """The fit with the other direction of those degenerate modes that show it.
+
+    below: how many effects, the last ones, stay the last.
+    """
     swing = np.array([np.abs(u).max(axis=0) for u in found.motions]).max(axis=0)
     for k, gap in gaps.items():
         if swing[k] < FAINT * swing.max():
@@ -220,7 +240,8 @@ def _with_partners(found: TimeFit, gaps: dict[int, float]) -> TimeFit:
             found.law.setting, omega=2 * np.pi * found.frequency, zeta=found.damping_ratio
         )
         found = replace(found, law=replace(found.law, setting=setting))
-        found = with_partner(found, k, gap)
+        wider = with_partner(found, k, gap)
+        found = wider if wider is found or not below else sunk(wider, below)
     return found
 
 

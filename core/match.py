@@ -16,6 +16,7 @@ STEADY = 0.1  # nepers over the record, at most, of what something drives
 DYING = 1.0  # nepers that what is let go falls by, at least, beside it
 HEARD = 0.1  # of the loudest pole at the release: what dies more faintly than that tells nothing
 SPLIT = 0.15  # relative, up to which a degenerate pair is one that `split_modes` parts
+PARTED = 0.006  # relative, of a computed pair: less is what meshing makes of one pitch
 ACROSS = 0.3  # MAC below which two motions have other directions
 CREEPING = 0.25  # damping ratio from which a pole is a mean that wanders, and no fold
 FOLDED = 5.0  # likeness in shape that one of relative pitch weighs, for a folded mode
@@ -158,10 +159,18 @@ def _partner(one, taken, modes, computed):
 
 
 def _may_pair(one, j: int, taken, modes, frequency: np.ndarray) -> bool:
-    """Whether mode j is no partner of a matched one, or one that is pulled far off its pitch."""
+    """Whether mode j is no partner of a matched one, or one that is pulled far off its pitch, or
+    as far from it as was computed.
+    """
     f, shape, _ = one
+
+    def apart(g, other, m):
+        computed = np.log(frequency[j] / frequency[m])
+        foretold = abs(computed) > PARTED and abs(np.log(f / g) / computed - 1) < 0.5
+        return foretold or (abs(np.log(f / g)) > SPLIT and mac(shape, other) < ACROSS)
+
     return all(
-        abs(np.log(f / g)) > SPLIT and mac(shape, other) < ACROSS
+        apart(g, other, m)
         for (g, other, _), m in zip(taken, modes, strict=True)
         if abs(frequency[m] / frequency[j] - 1) < PAIR
     )

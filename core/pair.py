@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from .effects.partner import crossing, partner
+from .effects.partner import AT_BOUND, crossing, partner
 from .law import Law, TimeFit, replace
-from .refit import led, without
+from .match import SPLIT
+from .refit import led, swapped, without
 from .residual import NOISY
 from .timefit import best_fit, extend, misfits
 
@@ -13,18 +14,36 @@ EVIDENCE = 20.0  # gain in BIC that it must bring
 FORCE = 0.5  # of what that motion leaves, that the force must take to be one
 LEFT = 3.0  # misfit per sample: a free motion that leaves more may stand for anything
 HINT = 0.5  # of that, which its columns could take before anything is searched
-QUICK = 8  # steps of a search that begins near its end
+FURTHER = (-0.06, -0.02, 0.02, 0.06)  # splits from which one beyond the bounds is sought
 
 
 def with_partner(found: TimeFit, k: int, gap: float) -> TimeFit:
     """The fit with the partner of mode `k`, last among the effects, where it shows; else itself.
 
+    One that would be damped quite otherwise makes up for something else: then it is damped alike.
+
     gap: how far, relatively, the computed pair lies apart by itself. Where takes carry different
     loads, the partner is that of the first one's body.
     """
-    effect = partner(k, gap, found.law.loaded_alike(0))
-    wider = _wider(found, effect)
-    return wider if _shows(wider, found) and not effect.veto(wider) else found
+    for kind in (partner, crossing):
+        effect = kind(k, gap, found.law.loaded_alike(0))
+        wider = _wider(found, effect)
+        told = kind is partner or wider.chi2 < LEFT * wider.samples
+        if told and _shows(wider, found) and not effect.veto(wider):
+            return found if _parts(wider, kind(k, SPLIT, found.law.loaded_alike(0))) else wider
+    return found
+
+
+def _parts(wider: TimeFit, freer) -> bool:
+    """Whether the last effect stands as far from the pair's pitch as it may, and with the bounds
+    of `freer` it would do better further on: then it is no partner.
+    """
+    effect, theta = wider.law.effects[-1], wider.theta[-1][0]
+    if AT_BOUND * effect.low[0] < theta[0] < AT_BOUND * effect.high[0]:
+        return False
+    begins = [theta, *(np.r_[split, theta[1:]] for split in FURTHER)]
+    law, starts = swapped(wider, freer, begins)
+    return best_fit(law, starts, evaluations=20).chi2 < wider.chi2 - EVIDENCE
 
 
 def across(found: TimeFit) -> TimeFit:
@@ -39,7 +58,7 @@ def across(found: TimeFit) -> TimeFit:
     effect = crossing(0, law.setting.gap)
     if not _hinted(found, effect):
         return found
-    wider = _wider(found, effect, QUICK)
+    wider = _wider(found, effect)
     if wider.chi2 > LEFT * wider.samples or not _shows(wider, found):
         return found
     wider = led(wider)

@@ -20,8 +20,7 @@ from .diagnosis import Verdict, diagnose
 from .effects import mesh_stiffening, split_modes
 from .elasticity import add_loads
 from .findings import Findings, examine
-from .further import with_further
-from .joint import Heard, hear
+from .joint import Heard, hear, laid_bare
 from .law import TimeFit
 from .play import motion
 from .rehear import second_hearing
@@ -120,11 +119,7 @@ def calibrate_case(
 
 
 def _diagnosed(heard: Heard, start: TimeFit | None = None) -> Verdict:
-    return diagnose(heard.declared, heard.free, widen=partial(_widen, heard), start=start)
-
-
-def _widen(heard: Heard, found: TimeFit, effects: int) -> TimeFit:
-    return with_further(found, heard.match, heard.body, at=len(found.law.effects) - effects)
+    return diagnose(heard.declared, heard.free, widen=partial(laid_bare, heard), start=start)
 
 
 def _stiffening(mesh: TetMesh, body: Body) -> tuple[np.ndarray, np.ndarray]:

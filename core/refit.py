@@ -29,6 +29,13 @@ def led(found: TimeFit) -> TimeFit:
     return _in_order(found, [last, *others])
 
 
+def sunk(found: TimeFit, below: int) -> TimeFit:
+    """Fitted with its last effect before the `below` ones that stood before it."""
+    *others, last = range(len(found.theta))
+    at = len(others) - below
+    return _in_order(found, [*others[:at], last, *others[at:]])
+
+
 def _in_order(found: TimeFit, order: list[int], evaluations: int = MOVED) -> TimeFit:
     law = replace(found.law, effects=tuple(found.law.effects[i] for i in order))
     return fit(law, _from(found, [found.theta[i][0] for i in order]), evaluations=evaluations)

@@ -213,6 +213,18 @@ def of_takes(takes: tuple):
     return (lambda setting, data: np.full(len(data.sigma), data.take in takes)) if takes else None
 
 
+def unlike_damping(found, k: int) -> float:
+    """By how much, at least, the last effect's damping ratio, its second number, is another than
+    that of mode k: the distance of their logarithms, less three of its standard deviations.
+    """
+    z, own = found.theta[-1][0][1], max(found.damping_ratio[k], 1e-6)
+    slope = np.zeros(len(found.parameters))
+    slope[len(found.parameters) - len(found.theta[-1][0]) + 1] = 1 / z
+    slope[found.law.modes + k] = -1 / own
+    variance = slope @ found.covariance @ slope * max(found.chi2 / found.samples, 1.0)
+    return float(abs(np.log(z / own)) - FAINT * np.sqrt(max(variance, 0.0)))
+
+
 def companion(found, k: int) -> str:
     """Why the last effect's columns are no motion of another direction than mode k; or ""."""
     first = found.coefficients[:, k] / np.linalg.norm(found.coefficients[:, k])

@@ -7,10 +7,10 @@ Source      Rayleigh, The Theory of Sound, vol. 1, 221 a; a split beyond `SPREAD
 
 import numpy as np
 
-from .base import Effect, companion, of_takes, ring
+from .base import Effect, companion, of_takes, ring, unlike_damping
 
-MOST = 2.5  # times the mode's own damping ratio
-NOTHING = 1.2  # misfit per sample
+MOST = 1.15  # ratio of the damping ratios of two modes of one pitch
+NOTHING = 1.1  # misfit per sample
 AT_BOUND = 0.98  # of the most that it may part by
 SPREAD = 0.002  # relative: what meshing splits by
 
@@ -35,9 +35,13 @@ def _mimics(found, k: int, gap: float) -> str:
     return companion(found, k)
 
 
+def damped_alike(found, k: int) -> bool:
+    """Whether the last effect may be damped as mode k: one material, one pitch, one loss."""
+    return unlike_damping(found, k) < np.log(MOST)
+
+
 def _runaway(found, k: int) -> str:
-    much = MOST * found.damping_ratio[k]
-    return "its damping is another motion's" if found.theta[-1][0][1] > much else ""
+    return "" if damped_alike(found, k) else "its damping is another motion's"
 
 
 def partner(k: int, gap: float = 0.0, takes: tuple = ()) -> Effect:
@@ -69,11 +73,12 @@ def partner(k: int, gap: float = 0.0, takes: tuple = ()) -> Effect:
     )
 
 
-def crossing(k: int, gap: float = 0.0) -> Effect:
+def crossing(k: int, gap: float = 0.0, takes: tuple = ()) -> Effect:
     """The direction of a degenerate pair in which no force acts: it swings on freely.
 
     It has the pitch and damping that mode `k` would have without the force, so that it mimics
     nothing where both look alike from one side; theta = (split,), within what meshing makes.
+    takes: see `of_takes`.
     """
 
     def beside(theta, omega, zeta, time):
@@ -87,7 +92,8 @@ def crossing(k: int, gap: float = 0.0) -> Effect:
         settle="",
         low=(-gap - SPREAD,),
         high=(gap + SPREAD,),
-        starts=lambda setting, residual: [(gap,), (-gap,)] if gap > SPREAD else [(0.0,)],
+        # at one pitch it would be a turn of the mode, which tells nothing of where to go
+        starts=lambda setting, residual: [(way * max(gap, SPREAD / 2),) for way in (1, -1)],
         columns=lambda theta, setting, time, u: beside(
             theta,
             np.tile(setting.omega, (len(theta), 1)),
@@ -96,4 +102,6 @@ def crossing(k: int, gap: float = 0.0) -> Effect:
         ),
         beside=beside,
         of_release=True,
+        channels=of_takes(takes),
+        veto=lambda found: _split(found, k, gap),
     )

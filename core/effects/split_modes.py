@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from .base import FAINT, Effect, Parameter, companion, ring
-from .partner import SPREAD
+from .partner import SPREAD, damped_alike
 
 NOTHING = 1.3  # misfit per sample
 ALIKE = 1.5  # ratio of the damping ratios of two modes of one material, at most
@@ -32,6 +32,8 @@ def veto(found):
     spread = np.sqrt(max(variance * max(found.chi2 / found.samples, 1.0), 0.0))
     if split - FAINT * spread < SPREAD + found.law.setting.pair_gap:
         return "both may have one pitch"
+    if not damped_alike(found, k):
+        return "its damping is another motion's"
     return "" if _other_way(found, theta[1]) else companion(found, k)
 
 

@@ -194,8 +194,10 @@ def test_a_short_record_shows_coarse_wandering_only():
 def test_a_partner_that_parts_as_far_as_it_may_and_leaves_something_is_none(split, is_one):
     effect, omega = partner.partner(0, 0.001), 2 * np.pi * np.array([5.0])
     found = SimpleNamespace(
-        law=SimpleNamespace(setting=replace(setting(), omega=omega)),
+        law=SimpleNamespace(setting=replace(setting(), omega=omega), modes=1),
         theta=[np.array([[split, 0.02]])],
+        parameters=np.zeros(4),
+        covariance=np.zeros((4, 4)),
         frequency=np.array([5.0]),
         damping_ratio=np.array([0.02]),
         coefficients=np.array([[1.0], [0.0]]),

@@ -239,7 +239,7 @@ def test_a_weakening_rub_is_plain_at_rest_and_weak_at_speed():
 def test_a_split_within_three_sigma_of_what_meshes_split_by_is_none():
     known = SimpleNamespace(
         theta=[np.array([[0.02, 0.02]])],
-        law=SimpleNamespace(setting=setting()),
+        law=SimpleNamespace(setting=setting(), modes=1),
         frequency=OMEGA / (2 * np.pi),
         damping_ratio=np.array([0.02]),
         parameters=np.zeros(4),
@@ -260,15 +260,17 @@ def test_a_split_within_three_sigma_of_what_meshes_split_by_is_none():
 
 @pytest.mark.parametrize(
     ("flat", "z", "left", "named"),
-    [(True, 0.024, 1.1, True), (True, 0.06, 1.1, False), (True, 0.024, 5.0, False),
-     (False, 0.024, 1.1, False)],
+    [(True, 0.022, 1.1, True), (True, 0.06, 1.1, False), (True, 0.022, 5.0, False),
+     (False, 0.022, 1.1, False)],
 )  # fmt: skip
 def test_a_split_of_the_same_shape_is_one_where_a_camera_may_see_both_ways_alike(
     flat, z, left, named
 ):
     one = SimpleNamespace(
         theta=[np.array([[0.08, z]])],
-        law=SimpleNamespace(setting=replace(setting(), towards=np.ones(1) if flat else None)),
+        law=SimpleNamespace(
+            setting=replace(setting(), towards=np.ones(1) if flat else None), modes=1
+        ),
         frequency=OMEGA / (2 * np.pi),
         damping_ratio=np.array([0.02]),
         parameters=np.zeros(4),
@@ -277,6 +279,27 @@ def test_a_split_of_the_same_shape_is_one_where_a_camera_may_see_both_ways_alike
         covariance=np.zeros((4, 4)),
         coefficients=np.array([[1.0], [0.5]]),
         column_shapes=lambda: [np.array([[1.0], [0.5]])],
+    )
+    assert bool(split_modes.veto(one)) is not named
+
+
+@pytest.mark.parametrize(
+    ("z", "spread", "named"), [(0.021, 0.0, True), (0.028, 0.0, False), (0.028, 0.003, True)]
+)
+def test_a_pair_of_one_material_is_damped_alike_within_three_sigma(z, spread, named):
+    covariance = np.zeros((4, 4))
+    covariance[3, 3] = spread**2
+    one = SimpleNamespace(
+        theta=[np.array([[0.05, z]])],
+        law=SimpleNamespace(setting=setting(), modes=1),
+        frequency=OMEGA / (2 * np.pi),
+        damping_ratio=np.array([0.02]),
+        parameters=np.zeros(4),
+        chi2=100.0,
+        samples=100,
+        covariance=covariance,
+        coefficients=np.array([[1.0], [0.0]]),
+        column_shapes=lambda: [np.array([[0.0], [1.0]])],
     )
     assert bool(split_modes.veto(one)) is not named
 

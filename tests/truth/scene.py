@@ -194,6 +194,17 @@ def respond_to(body, gravity) -> float:
     return float(np.linalg.norm(u, axis=1).max())
 
 
+def in_pairs(body, ratio: np.ndarray) -> np.ndarray:
+    """(MODES,) damping ratios with those alike of modes that are one by the body's symmetry.
+
+    Its damping has the symmetry that its stiffness has, so it cannot tell the two apart either.
+    """
+    pitch, ratio = bodies.modes(body, len(ratio))[0], ratio.copy()
+    for k in np.flatnonzero(np.diff(pitch) < 1e-3 * pitch[1:]):
+        ratio[k + 1] = ratio[k]
+    return ratio
+
+
 def aim(rng, body, needs) -> np.ndarray:
     """(3,) unit direction of the pull or knock."""
     side = np.cross(body.axis, body.swing)
@@ -220,6 +231,7 @@ def draw(rng, body, needs: dict) -> Scene:
     low, high = needs.get("damping", (0.01, 0.06))
     z = np.exp(rng.uniform(np.log(low), np.log(high)))
     ratio = z * np.concatenate([[1], np.sort(rng.uniform(0.8, 2.2, MODES - 1))])
+    ratio = in_pairs(body, ratio)
     fps, limit = rate(rng, body, needs.get("fps"))
     cycles = np.clip(rng.uniform(1.8, 3.2) / (2 * np.pi * z), 8, 60)
     frames = int(np.clip(cycles / bodies.modes(body, 1)[0][0] * fps, 100, 600))

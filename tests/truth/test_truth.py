@@ -190,6 +190,15 @@ def test_a_change_of_the_stuff_leaves_a_load_of_another_take_on_it(beam, name):
     assert laden < 0.8 * bare
 
 
+def test_a_pair_that_is_one_by_symmetry_is_damped_alike():
+    rng = np.random.default_rng(3)
+    pudding = bodies.pudding(rng)
+    ratio = scene.in_pairs(pudding, rng.uniform(0.01, 0.03, scene.MODES))
+    pitch = bodies.modes(pudding, scene.MODES)[0]
+    assert pitch[1] == pytest.approx(pitch[0], rel=1e-6)
+    assert ratio[1] == ratio[0] != ratio[2]
+
+
 def _bed(pin, body, strength):
     changed, ground = pin.body(strength, body)
     return changed, 1, ground
