@@ -6,7 +6,7 @@ from .effects.partner import AT_BOUND, crossing, partner
 from .law import Law, TimeFit, replace
 from .match import SPLIT
 from .refit import led, swapped, without
-from .residual import NOISY
+from .residual import NOISY, QUIET, misfit
 from .timefit import best_fit, extend, misfits
 
 SHARE = 0.2  # of what is left that it must take: less may be what acts in time
@@ -28,10 +28,18 @@ def with_partner(found: TimeFit, k: int, gap: float) -> TimeFit:
     for kind in (partner, crossing):
         effect = kind(k, gap, found.law.loaded_alike(0))
         wider = _wider(found, effect)
-        told = kind is partner or wider.chi2 < LEFT * wider.samples
+        told = kind is partner or _tells_all(wider)
         if told and _shows(wider, found) and not effect.veto(wider):
             return found if _parts(wider, kind(k, SPLIT, found.law.loaded_alike(0))) else wider
     return found
+
+
+def _tells_all(found: TimeFit) -> bool:
+    """Whether noise is left, held out too: with less a motion at a mode's own pitch and damping
+    may stand for what bends them.
+    """
+    ahead, count = misfit(found.law.takes, found.predicted, True)
+    return found.chi2 < QUIET * found.samples and not ahead > NOISY * count
 
 
 def _parts(wider: TimeFit, freer) -> bool:
