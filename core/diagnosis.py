@@ -31,6 +31,7 @@ from .sufficiency import (
     fails,
     gained,
     one_of,
+    owes,
     shows,
     strays,
     sufficient,
@@ -88,9 +89,9 @@ def diagnose(
         return Verdict("refused", ((None, declared),), (), (), (), (), why)
     lacking = find_damping(declared, free)
     if lacking is None:
-        return _sharpened(_diagnose(declared, widen, start or declared))
+        return _if_all_told(_sharpened(_diagnose(declared, widen, start or declared)))
     damping, twins = lacking
-    then = _sharpened(_diagnose(damping.found, widen, damping.found))
+    then = _if_all_told(_sharpened(_diagnose(damping.found, widen, damping.found)))
     first = ((None, declared), (damping.names[0], damping.found))
     return replace(
         then,
@@ -100,6 +101,13 @@ def diagnose(
         twins=(twins, *then.twins),
         ranked=(damping, *then.ranked),
     )
+
+
+def _if_all_told(verdict: Verdict) -> Verdict:
+    """The verdict; "unexplained", with the same names as its parts, where they leave too much."""
+    if verdict.verdict != "explained" or not owes(verdict.final, verdict.chain[0][1]):
+        return verdict
+    return replace(verdict, verdict="unexplained")
 
 
 def _sharpened(verdict: Verdict) -> Verdict:

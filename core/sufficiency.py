@@ -17,6 +17,8 @@ SECOND, SECOND_HELD = 0.6, 0.5  # share of what the first leaves that a second m
 NEARLY_ALL = 0.97  # share of the excess where what was held out is still far off
 ASTRAY = 5.0  # times its noise, from which a held-out prediction is no explanation
 AHEAD = 1.5  # times its noise, from which what a first effect leaves ahead shows a second one
+CLEARLY = 1.4  # times its noise, from which what was held out is clearly off
+TRIFLE, PART = 0.1, 0.25  # rms, of what was off before, that an explanation may leave: held, fitted
 FAR_OFF = 2.0  # times its noise, from which a held-out error is that of something not modelled
 
 
@@ -30,6 +32,22 @@ def strays(found: TimeFit, much: float = FAR_OFF) -> bool:
     """Whether what was held out is mispredicted by `much` times its noise."""
     takes = found.law.takes
     return errors(found)[0] > much * noise_share(takes, True) > 0
+
+
+def owes(found: TimeFit, declared: TimeFit) -> bool:
+    """Whether effects that take most of what was off leave clearly more than noise, and more than a
+    trifle of it: what they lack has a cause too.
+    """
+    noise = noise_share(declared.law.takes, True)
+    after, before = (errors(one)[0] for one in (found, declared))
+    if after > CLEARLY * noise > 0 and _beyond(after, noise) > TRIFLE * _beyond(before, noise):
+        return True
+    loud = found.chi2 > NOISY * found.samples
+    return loud and excess(found) > PART * excess(declared)
+
+
+def _beyond(error: float, noise: float) -> float:
+    return float(np.sqrt(max(error**2 - noise**2, 0.0)))
 
 
 def shows(candidate: Candidate, declared: TimeFit) -> bool:

@@ -391,6 +391,18 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             "split_modes", 67688, {"split_modes"}, 1.1,
             id="the pair that is split need not be the strongest mode's",
         ),
+        pytest.param(
+            "split_modes", 90213, {"split_modes"}, 1.1,
+            id="a pair that is split far has its pitch in the middle",
+        ),
+        pytest.param(
+            "rolling_shutter", 67690, {"rolling_shutter"}, 1.2,
+            id="a pair's other direction shows once the rows are known to be late",
+        ),
+        pytest.param(
+            "large_amplitude", 67691, {"large_amplitude"}, 1.1,
+            id="what bends one direction of a pair is no split",
+        ),
     ],
 )  # fmt: skip
 def test_what_was_planted_is_named_and_nothing_else(kind, seed, names, most, tmp_path):
@@ -422,6 +434,16 @@ def test_a_loud_mode_that_the_declared_body_does_not_have_puts_it_in_doubt(tmp_p
     assert found["parameters"]["mass"]["value"] == pytest.approx(mass, rel=0.3)
     modulus = report["youngs_modulus"]["material"]["value"]
     assert modulus == pytest.approx(truth["youngs_modulus"], rel=0.2)
+
+
+@pytest.mark.slow
+def test_a_change_of_the_body_that_tells_most_of_its_pitches_is_named_as_a_part(tmp_path):
+    """A lump on a corner of a bracket: how wide it sits moves one pitch by as much as it may."""
+    truth = make("added_mass", 90210, tmp_path)
+    report = calibrate_case(tmp_path / "case.toml").report
+    assert [e["name"] for e in report["diagnosis"]["effects"]] == ["added_mass"]
+    modulus = report["youngs_modulus"]["material"]["value"]
+    assert modulus == pytest.approx(truth["youngs_modulus"], rel=0.1)  # without it a third off
 
 
 @pytest.mark.slow

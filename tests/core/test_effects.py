@@ -251,6 +251,21 @@ def test_a_mean_that_wanders_is_no_folded_mode(z, modes):
     assert found.modes == modes
 
 
+@pytest.mark.parametrize(
+    ("computed", "heard", "modes"),
+    [(1.0145, 1.0154, (0, 1)), (1.0145, 1.04, (0,)), (1.003, 1.0035, (0,))],
+    ids=["parted by a load as computed", "split further", "one pitch but for the mesh"],
+)
+def test_a_pair_that_is_parted_as_computed_is_two_modes(computed, heard, modes):
+    shapes = np.array([[1.0, 0.1, 0.5], [-0.1, 1.0, 0.6]])
+    amplitude = shapes.astype(complex)
+    pitch, z = 4.687 * np.array([1.0, heard]), np.full(2, 0.03)
+    ring = RingDown(pitch, z, amplitude, np.zeros(3), np.ones(3), np.eye(4))
+    chase = ([0, 1], shapes, np.array([0.9, 0.4]))
+    found = match_modes(ring, chase, np.array([1.0, computed]), shapes)
+    assert found.modes == modes
+
+
 def test_the_two_modes_of_a_near_pair_keep_half_their_distance():
     law = SimpleNamespace(modes=2, sizes=lambda: (4, 0, 0), tied=((1, 0.02),))
     pitch = np.array([0.005, 0.02, 0.06])  # of the second over the first, in logarithms
