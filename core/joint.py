@@ -14,6 +14,7 @@ from .lens import straightened
 from .listen import listen
 from .match import (
     PAIR,
+    SPLIT,
     Match,
     has_twin,
     match_modes,
@@ -81,7 +82,7 @@ def hear(body: Body, find_release) -> Heard:
     for i, data in enumerate(takes):
         if condition[i] not in matches and not data.take.held_out:
             matches[condition[i]] = _match(data, rings[i], bodies[condition[i]])
-    matches = _common(matches)
+    matches = common(matches, body.modes.frequency)
     chosen = [_same_poles(ground, rings, i, matches) for i in fitted]
     settled = settle(ground, chosen, matches)
     straight = tuple(_straightened(ground, settled[1], i) for i in range(len(takes)))
@@ -259,10 +260,12 @@ def _match(data: Channels, ring: RingDown, body: Body) -> Match:
     return match_modes(ring, chase, body.modes.frequency, body.seen(data), 1 / data.frame)
 
 
-def _common(matches: dict[int, Match]) -> dict[int, Match]:
+def common(matches: dict[int, Match], frequency: np.ndarray) -> dict[int, Match]:
     """The strongest mode of each condition, and the others that every condition shows.
 
-    With other loads the strongest one may be the other of two that lie close together.
+    With other loads the strongest one may be the other of two that lie close together. Where it
+    is another one altogether, by the computed `frequency` (m,), the one that is strongest in all
+    comes first.
     """
     if len(matches) == 1:
         return matches
@@ -270,12 +273,22 @@ def _common(matches: dict[int, Match]) -> dict[int, Match]:
     first = next(iter(matches.values()))
     if None in strongest:
         return {c: Match(m.poles[:1], m.modes[:1]) for c, m in matches.items()}
-    others = [j for j in first.modes[1:] if all(j in m.modes[1:] for m in matches.values())]
-    others = [j for j in others if j not in strongest]
+    shared = [j for j in first.modes if all(j in m.modes for m in matches.values())]
+    if np.ptp(np.log(frequency[list(strongest)])) > SPLIT and shared:
+        head = min(shared, key=lambda j: sum(m.modes.index(j) for m in matches.values()))
+        matches = {c: _led_by(m, head) for c, m in matches.items()}
+        strongest = {head}
+    others = [j for j in shared if j not in strongest]
     return {
         c: Match((m.poles[0], *(m.poles[m.modes.index(j)] for j in others)), (m.modes[0], *others))
         for c, m in matches.items()
     }
+
+
+def _led_by(match: Match, mode: int) -> Match:
+    at = match.modes.index(mode)
+    order = [at, *(k for k in range(len(match.modes)) if k != at)]
+    return Match(tuple(match.poles[k] for k in order), tuple(match.modes[k] for k in order))
 
 
 def _same_poles(ground: Recorded, rings, index: int, matches) -> RingDown:

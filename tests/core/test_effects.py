@@ -23,6 +23,7 @@ from core.effects import (
     steady_drive,
     tracker_drift,
 )
+from core.joint import common
 from core.linear_part import TIE, _ties
 from core.match import Match, match_modes
 from core.simulate import swing
@@ -264,6 +265,19 @@ def test_a_pair_that_is_parted_as_computed_is_two_modes(computed, heard, modes):
     chase = ([0, 1], shapes, np.array([0.9, 0.4]))
     found = match_modes(ring, chase, np.array([1.0, computed]), shapes)
     assert found.modes == modes
+
+
+def test_takes_with_other_loads_are_led_by_a_mode_that_all_show():
+    """What is loudest with one load and with another may be the other of a pair, or another mode"""
+    pitch = np.array([1.0, 1.1, 2.0, 3.3])
+    near = {0: Match((0, 1, 2), (0, 1, 3)), 1: Match((0, 1, 2), (1, 0, 3))}
+    assert [m.modes for m in common(near, pitch).values()] == [(0, 3), (1, 3)]
+    far = {0: Match((1, 0, 2), (0, 2, 3)), 1: Match((0, 2, 1), (2, 3, 0))}
+    led = common(far, pitch)
+    assert led[0] == Match((0, 1, 2), (2, 0, 3))
+    assert led[1] == Match((0, 1, 2), (2, 0, 3))
+    alone = {0: Match((0, 1), (0, 3)), 1: Match((0, 1), (2, 3))}
+    assert [m.modes for m in common(alone, pitch).values()] == [(3,), (3,)]
 
 
 def test_the_two_modes_of_a_near_pair_keep_half_their_distance():
