@@ -147,12 +147,26 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     if over < WEAK and not fails(declared) and more_modes(declared, strong):
         return Verdict("adequate", chain, (), (), ranked, ())
     strong = _widened(strong, declared, widen)
+    alone = None
     if strong and sufficient(strong[0], ENOUGH):
         if is_broken(declared, strong[0]):
             return Verdict("unexplained", chain, (), (), ranked, ())
         if weakens(declared, strong[0]):
             return _partly(chain, strong[0], strong, ranked)
-        return _unless_it_weakens(_add_second(chain, strong, ranked, over), able)
+        alone = _unless_it_weakens(_add_second(chain, strong, ranked, over), able)
+        if not owes(alone.final, declared):
+            return alone
+    both = _by_two(chain, (able, ranked, strong), over, widen)
+    told = both.verdict == "explained" and not owes(both.final, declared)
+    return both if alone is None or told else alone
+
+
+def _by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
+    """What two effects found together say, or the one of them that does without the other.
+
+    candidates: single effects: all, those that nothing plainer outdoes, and the strong ones.
+    """
+    declared, (able, ranked, strong) = chain[0][1], candidates
     doubtful = [c for c in able if c.outdone]
     beam = sorted([*strong, *doubtful], key=lambda c: -c.evidence)
     found = _polished(pairs(declared, beam), declared, widen)

@@ -149,7 +149,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         before=before,
         rows=(with_it,),
         misfit=misfit,
-        instead=("split_modes",),  # a changed body parts its own pairs
+        instead=("split_modes",) if mended else (),  # a changed body parts its own pairs
         mesh_pitch=_mesh_pitch(best, heard, stiff),
     )
 

@@ -9,7 +9,7 @@ from .data import RingDown, poles
 from .effects.further_mode import further_mode, is_a_mode
 from .harmonic_inversion import invert
 from .law import TimeFit
-from .match import ACROSS, HARMONIC, SPLIT, Match, has_twin, mac
+from .match import ACROSS, HARMONIC, SPLIT, Match, mac
 from .residual import QUIET
 from .timefit import extend, fit
 
@@ -101,7 +101,7 @@ def _told(
         ):
             return []
     own = _pitches(law, found.parameters, take)
-    paired = has_twin(match.modes, body.modes.frequency)
+    paired, pair = law.setting.paired, law.setting.pair
     loaded = bool(data.take.loads) and len({law.pitch[i] for i in law.fitted}) > 1
     lowest = LOWEST * own[0] * body.modes.frequency[0] / body.modes.frequency[match.modes[0]]
     apart = np.abs(np.log(ring.frequency[:, None] / own))
@@ -111,7 +111,7 @@ def _told(
         zip(ring.frequency, ring.damping_ratio, ring.amplitude, strict=True)
     ):
         parted = loaded and n not in theirs and apart[n].min() > PARTED  # a pair, by the load
-        if not parted and (apart[n].min() < APART or (paired and apart[n, 0] < SPLIT)):
+        if not parted and (apart[n].min() < APART or (paired and apart[n, pair] < SPLIT)):
             continue
         shape = real_shapes(amplitude[None])[0][0][on]
         if not (
@@ -138,7 +138,7 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
     own = _pitches(law, found.parameters, take)
     scale = own[0] / body.modes.frequency[match.modes[0]]
     known = list(own)
-    paired = has_twin(match.modes, body.modes.frequency)
+    pair = own[law.setting.pair]
     usual = np.median(found.damping_ratio)
     seen = body.seen(data)[:SPAN, on]
     q, _ = np.linalg.qr(seen.T)
@@ -167,7 +167,8 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
                 abs(np.log(f / own[0])) > BESIDE
                 or any(abs(np.log(f / scale / body.modes.frequency[j])) < NEAR for j in free)
             )
-            and _clear(f, known, TWIN if paired else APART, beyond_doubt)
+            and not (law.setting.paired and abs(np.log(f / pair)) < TWIN)
+            and _clear(f, known, beyond_doubt)
         ):
             out.append((float(f), float(z)))
             known.append(f)
@@ -190,12 +191,11 @@ def _pitches(law, p: np.ndarray, take: int) -> np.ndarray:
     return np.exp(p[at : at + law.modes])
 
 
-def _clear(f: float, known: list, apart: float, beyond_doubt: bool) -> bool:
+def _clear(f: float, known: list, beyond_doubt: bool) -> bool:
     """Whether a pitch is none of the known ones, nor an overtone or a combination of them that is
     not `beyond_doubt` a mode of the body too.
     """
-    first = known[0]
-    if abs(np.log(f / first)) < apart or any(abs(np.log(f / k)) < APART for k in known):
+    if any(abs(np.log(f / k)) < APART for k in known):
         return False
     if beyond_doubt:
         return True

@@ -48,10 +48,10 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     spread = np.sqrt(np.maximum(np.diag(final.covariance)[at], 0) * inflation(final))
     bias = BIASED * max(_moved(final, verdict.damped), _bent(final))
     error = np.sqrt(spread**2 + bias**2 + (0.5 * model_error) ** 2 + PITCH_FLOOR**2)
-    middle, split = split_modes.middle(final), final.law.setting.pair
-    error[split] = np.hypot(error[split], abs(middle - 1) / np.sqrt(3))  # anywhere between the two
+    middle, pair = split_modes.middle(final), final.law.setting.pair
+    error[pair] = np.hypot(error[pair], split_modes.doubt(final))
     pitches = np.r_[true_frequency(heard, final), [one.frequency for one in further]]
-    pitches[split] *= middle
+    pitches[pair] *= middle
     samples = max(int(data.fit.sum()), 1)
     shapes = np.vstack([final.shapes, *(one.shape for one in further)])
     size = np.abs(shapes).max(axis=1, keepdims=True)

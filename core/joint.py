@@ -183,7 +183,7 @@ def _with_all(settled: tuple, body: Body, condition: int, rings: tuple):
     gaps = _gaps(first.modes, body)
     paired, pair = has_twin(first.modes, computed), 0
     if not paired and gaps and is_even(body.bare):  # the strongest of the others with a partner
-        swing = np.array([np.abs(u).max(axis=0) for u in free.motions]).max(axis=0)
+        swing = _swing(free)
         pair = max(gaps, key=lambda k: swing[k])
         paired = bool(swing[pair] > FAINT * swing.max())
     setting = replace(
@@ -206,10 +206,10 @@ def _straightened(ground: Recorded, turns, index: int) -> Channels:
 
 def _gaps(modes, body: Body) -> dict[int, float]:
     """How far the partner of each matched degenerate mode lies from it, relatively: as computed,
-    or by the body's own unevenness where nothing else parts them than how it was meshed.
+    but without a load no further than the body is uneven, a pitch going with the root of a moment.
     """
     frequency = body.modes.frequency
-    most = unevenness(body.bare) if body.model is body.bare else np.inf
+    most = unevenness(body.bare) / 2 if body.model is body.bare else np.inf
     return {
         k: min(float(np.abs(np.delete(frequency, modes) / frequency[modes[k]] - 1).min()), most)
         for k in turning(modes, frequency, 2 * PAIR)
@@ -233,7 +233,7 @@ def _with_partners(found: TimeFit, gaps: dict[int, float], below: int = 0) -> Ti
 
     below: how many effects, the last ones, stay the last.
     """
-    swing = np.array([np.abs(u).max(axis=0) for u in found.motions]).max(axis=0)
+    swing = _swing(found)
     for k, gap in gaps.items():
         if swing[k] < FAINT * swing.max():
             continue
@@ -244,6 +244,11 @@ def _with_partners(found: TimeFit, gaps: dict[int, float], below: int = 0) -> Ti
         wider = with_partner(found, k, gap)
         found = wider if wider is found or not below else sunk(wider, below)
     return found
+
+
+def _swing(found: TimeFit) -> np.ndarray:
+    """(K,) the most that each mode moves its reference in any fitted take."""
+    return np.array([np.abs(u).max(axis=0) for u in found.motions]).max(axis=0)
 
 
 def _key(take):

@@ -16,7 +16,7 @@ STEADY = 0.1  # nepers over the record, at most, of what something drives
 DYING = 1.0  # nepers that what is let go falls by, at least, beside it
 HEARD = 0.1  # of the loudest pole at the release: what dies more faintly than that tells nothing
 SPLIT = 0.15  # relative, up to which a degenerate pair is one that `split_modes` parts
-PARTED = 0.006  # relative, of a computed pair: less is what meshing makes of one pitch
+PARTED = 0.006  # relative, of a computed pair: less may be what meshing makes of one pitch
 ACROSS = 0.3  # MAC below which two motions have other directions
 CREEPING = 0.25  # damping ratio from which a pole is a mean that wanders, and no fold
 FOLDED = 5.0  # likeness in shape that one of relative pitch weighs, for a folded mode
@@ -28,7 +28,7 @@ HARMONIC = 0.04  # relative distance below which a pole is an overtone of a nonl
 class Match:
     """Measured poles that are modes of the body, and the computed mode of each."""
 
-    poles: tuple[int, ...]  # into the ring-down, strongest first
+    poles: tuple[int, ...]  # into the ring-down, the strongest first where one take is heard
     modes: tuple[int | None, ...]  # into the computed modes; None = no computed mode fits
 
 

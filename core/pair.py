@@ -6,7 +6,7 @@ from .effects.partner import AT_BOUND, crossing, partner
 from .law import Law, TimeFit, replace
 from .match import SPLIT
 from .refit import led, swapped, without
-from .residual import NOISY, QUIET, misfit
+from .residual import NOISY
 from .timefit import best_fit, extend, misfits
 
 SHARE = 0.2  # of what is left that it must take: less may be what acts in time
@@ -14,42 +14,31 @@ EVIDENCE = 20.0  # gain in BIC that it must bring
 FORCE = 0.5  # of what that motion leaves, that the force must take to be one
 LEFT = 3.0  # misfit per sample: a free motion that leaves more may stand for anything
 HINT = 0.5  # of that, which its columns could take before anything is searched
-FURTHER = (-0.06, -0.02, 0.02, 0.06)  # splits from which one beyond the bounds is sought
+FURTHER = (0.02, 0.06)  # beyond the gap, from where a pair that is split further is sought
 
 
 def with_partner(found: TimeFit, k: int, gap: float) -> TimeFit:
     """The fit with the partner of mode `k`, last among the effects, where it shows; else itself.
 
-    One that would be damped quite otherwise makes up for something else: then it is damped alike.
-
-    gap: how far, relatively, the computed pair lies apart by itself. Where takes carry different
+    gap: how far, relatively, the body itself parts the pair. Where takes carry different
     loads, the partner is that of the first one's body.
     """
-    for kind in (partner, crossing):
-        effect = kind(k, gap, found.law.loaded_alike(0))
-        wider = _wider(found, effect)
-        told = kind is partner or _tells_all(wider)
-        if told and _shows(wider, found) and not effect.veto(wider):
-            return found if _parts(wider, kind(k, SPLIT, found.law.loaded_alike(0))) else wider
-    return found
+    takes = found.law.loaded_alike(0)
+    effect = partner(k, gap, takes)
+    wider = _wider(found, effect)
+    if not _shows(wider, found) or effect.veto(wider):
+        return found
+    return found if _parts(wider, partner(k, SPLIT, takes), gap) else wider
 
 
-def _tells_all(found: TimeFit) -> bool:
-    """Whether noise is left, held out too: with less a motion at a mode's own pitch and damping
-    may stand for what bends them.
-    """
-    ahead, count = misfit(found.law.takes, found.predicted, True)
-    return found.chi2 < QUIET * found.samples and not ahead > NOISY * count
-
-
-def _parts(wider: TimeFit, freer) -> bool:
+def _parts(wider: TimeFit, freer, gap: float) -> bool:
     """Whether the last effect stands as far from the pair's pitch as it may, and with the bounds
     of `freer` it would do better further on: then it is no partner.
     """
     effect, theta = wider.law.effects[-1], wider.theta[-1][0]
     if AT_BOUND * effect.low[0] < theta[0] < AT_BOUND * effect.high[0]:
         return False
-    begins = [theta, *(np.r_[split, theta[1:]] for split in FURTHER)]
+    begins = [theta, *(np.r_[way * (gap + more), theta[1:]] for way in (-1, 1) for more in FURTHER)]
     law, starts = swapped(wider, freer, begins)
     return best_fit(law, starts, evaluations=20).chi2 < wider.chi2 - EVIDENCE
 

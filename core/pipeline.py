@@ -155,7 +155,10 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
     spread = final.frequency[k] * np.sqrt(final.covariance[k, k] * inflation(final))
     mesh_frequency = heard.body.modes.frequency[j]
     stiffer = np.sqrt(findings.stiffer)  # what a viscoelastic branch adds while it swings
-    pitch = true[k] * (split_modes.middle(final) if k == final.law.setting.pair else 1.0)
+    pitch = true[k]
+    if k == final.law.setting.pair:
+        pitch = pitch * split_modes.middle(final)
+        spread = np.hypot(spread, pitch * split_modes.doubt(final))
     found = apparent(pitch / stiffer, spread / stiffer, findings.mesh_frequency(mesh_frequency, j))
     found = replace(found, low=found.low * findings.stiffer / findings.stiffest)
     real = material(found, stiff[j], sigma[j])

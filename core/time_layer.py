@@ -36,7 +36,7 @@ AT_ONCE = 2  # the most promising effects, which may settle the rest
 RUNNERS = 2  # starting places of an effect that are fitted
 MOSTLY, BETTER = 0.6, 0.9  # share that the best one must take, misfit that it leaves then
 CLOSE = 3.0  # misfit that a last look of a search gains; what is found is sharpened
-CHEAP = 30  # looks of a search for what needs no march
+LOOKS, CHEAP = 10, 30  # of a search, at most: with forces to march, and without
 HORIZONS = (0.4, 1.0)  # shares of the fitted part: from short to long, lest a phase slip traps
 
 
@@ -113,8 +113,14 @@ def race(one: Try) -> TimeFit:
     first = unlike(effect, one.begins, one.promise)[: one.runners]
     tries = [extend(start, (effect,), [one.begins[i]])[1] for i in first]
     starts, horizons = np.array(tries), one.horizons if effect.marched else (1.0,)
-    ends = {"close": CLOSE} if effect.marched else {"evaluations": CHEAP}
-    found = best_fit(one.law, starts, horizons, **ends)
+    marched = any(e.marched for e in one.law.effects)
+    found = best_fit(
+        one.law,
+        starts,
+        horizons,
+        evaluations=LOOKS if marched else CHEAP,
+        close=CLOSE if effect.marched else 0.0,
+    )
     return across(found) if effect.force else found
 
 

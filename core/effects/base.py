@@ -55,7 +55,7 @@ class Setting:
     steps: int = FINE  # of a march, per period of the first mode
     paired: bool = True  # a mode has a degenerate partner that was not matched
     pair: int = 0  # of the modes, which one that is
-    pair_gap: float = 0.0  # relative, of that partner's pitch as computed
+    pair_gap: float = 0.0  # relative, that the body itself parts the two by
     gap: float | None = None  # the same of the first mode's; None: it has none, or not known
 
     def able(self, couples: np.ndarray, spread: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -215,12 +215,15 @@ def of_takes(takes: tuple):
 
 def unlike_damping(found, k: int) -> float:
     """By how much, at least, the last effect's damping ratio, its second number, is another than
-    that of mode k: the distance of their logarithms, less three of its standard deviations.
+    that of mode k: the distance of their logarithms, less three of its standard deviations; 0 where
+    no mode has one.
     """
+    if found.law.damping == "none":
+        return 0.0
     z, own = found.theta[-1][0][1], max(found.damping_ratio[k], 1e-6)
     slope = np.zeros(len(found.parameters))
     slope[len(found.parameters) - len(found.theta[-1][0]) + 1] = 1 / z
-    slope[found.law.modes + k] = -1 / own
+    slope[found.law.modes + (k if found.law.damping == "free" else 0)] = -1 / own
     variance = slope @ found.covariance @ slope * max(found.chi2 / found.samples, 1.0)
     return float(abs(np.log(z / own)) - FAINT * np.sqrt(max(variance, 0.0)))
 

@@ -47,7 +47,7 @@ def _runaway(found, k: int) -> str:
 def partner(k: int, gap: float = 0.0, takes: tuple = ()) -> Effect:
     """The partner of measured mode `k`; theta = (split, damping ratio).
 
-    `gap`: how far, relatively, the computed pair lies apart by itself. takes: see `of_takes`.
+    `gap`: how far, relatively, the body itself parts the pair. takes: see `of_takes`.
     """
 
     def columns(theta, setting, time, u):
@@ -73,12 +73,11 @@ def partner(k: int, gap: float = 0.0, takes: tuple = ()) -> Effect:
     )
 
 
-def crossing(k: int, gap: float = 0.0, takes: tuple = ()) -> Effect:
+def crossing(k: int, gap: float = 0.0) -> Effect:
     """The direction of a degenerate pair in which no force acts: it swings on freely.
 
     It has the pitch and damping that mode `k` would have without the force, so that it mimics
     nothing where both look alike from one side; theta = (split,), within what meshing makes.
-    takes: see `of_takes`.
     """
 
     def beside(theta, omega, zeta, time):
@@ -102,6 +101,4 @@ def crossing(k: int, gap: float = 0.0, takes: tuple = ()) -> Effect:
         ),
         beside=beside,
         of_release=True,
-        channels=of_takes(takes),
-        veto=lambda found: _split(found, k, gap),
     )

@@ -14,7 +14,6 @@ from .base import FAINT, Effect, Parameter, companion, ring
 from .partner import SPREAD, damped_alike
 
 NOTHING = 1.3  # misfit per sample
-ALIKE = 1.5  # ratio of the damping ratios of two modes of one material, at most
 
 
 def columns(theta, setting, time, u):
@@ -34,17 +33,15 @@ def veto(found):
         return "both may have one pitch"
     if not damped_alike(found, k):
         return "its damping is another motion's"
-    return "" if _other_way(found, theta[1]) else companion(found, k)
+    return "" if _other_way(found) else companion(found, k)
 
 
-def _other_way(found, z: float) -> bool:
-    """Whether it may be another direction that one camera sees as the same shape: as a mode of
-    the same material it is damped alike, and it leaves nothing.
+def _other_way(found) -> bool:
+    """Whether it may be another direction that one camera sees as the same shape: it is damped
+    alike, and it leaves nothing.
     """
-    own = found.damping_ratio[found.law.setting.pair]
-    alike = abs(np.log(z / max(own, 1e-6))) < np.log(ALIKE)
     flat = found.law.setting.towards is not None
-    return flat and alike and found.chi2 < NOTHING * found.samples
+    return flat and found.chi2 < NOTHING * found.samples
 
 
 def _both(theta, setting, first: float) -> np.ndarray:
@@ -69,6 +66,11 @@ def middle(found) -> float:
         return 1.0
     theta, first = found.theta[names.index(EFFECT.name)][0], found.frequency[found.law.setting.pair]
     return float(_both(theta, found.law.setting, first).mean() / first)
+
+
+def doubt(found) -> float:
+    """Standard deviation, relative, of the pair's pitch: it may lie anywhere between the two."""
+    return abs(middle(found) - 1) / np.sqrt(3)
 
 
 EFFECT = Effect(

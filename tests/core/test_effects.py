@@ -195,7 +195,7 @@ def test_a_short_record_shows_coarse_wandering_only():
 def test_a_partner_that_parts_as_far_as_it_may_and_leaves_something_is_none(split, is_one):
     effect, omega = partner.partner(0, 0.001), 2 * np.pi * np.array([5.0])
     found = SimpleNamespace(
-        law=SimpleNamespace(setting=replace(setting(), omega=omega), modes=1),
+        law=SimpleNamespace(setting=replace(setting(), omega=omega), modes=1, damping="free"),
         theta=[np.array([[split, 0.02]])],
         parameters=np.zeros(4),
         covariance=np.zeros((4, 4)),

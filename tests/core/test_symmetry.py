@@ -30,8 +30,12 @@ def test_a_square_body_that_is_held_at_its_foot_is_even(size, element):
     assert unevenness(held(size, at_the_foot, element)) < 0.02  # the inner nodes are moved
 
 
-def test_unevenness_is_that_of_the_squared_widths():
-    assert unevenness(held((3, 1, 1.08), at_the_foot)) == pytest.approx(1.08**2 - 1, abs=0.02)
+def test_a_cube_that_is_held_on_two_opposite_faces_is_even():
+    assert is_even(held((1, 1, 1), lambda x: at_the_foot(x) | (x[:, 0] > 1 - 1e-9)))
+
+
+def test_unevenness_is_that_of_the_squared_widths_of_body_and_foot():
+    assert unevenness(held((3, 1, 1.08), at_the_foot)) == pytest.approx(2 * (1.08**2 - 1), abs=0.02)
     assert not is_even(held((3, 1, 1.08), at_the_foot))
 
 

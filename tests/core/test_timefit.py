@@ -30,7 +30,7 @@ from core.linear_part import solve
 from core.refit import turned
 from core.settle import astray
 from core.simulate import COARSE, swing
-from core.sufficiency import AHEAD, ENOUGH, counts_second, strays, sufficient
+from core.sufficiency import AHEAD, ENOUGH, counts_second, owes, strays, sufficient
 from core.tell import parameters
 from core.time_layer import Try, judge, race
 from core.timefit import best_fit, extend, fit, screen, sharp
@@ -239,7 +239,7 @@ def test_a_weakening_rub_is_plain_at_rest_and_weak_at_speed():
 def test_a_split_within_three_sigma_of_what_meshes_split_by_is_none():
     known = SimpleNamespace(
         theta=[np.array([[0.02, 0.02]])],
-        law=SimpleNamespace(setting=setting(), modes=1),
+        law=SimpleNamespace(setting=setting(), modes=1, damping="free"),
         frequency=OMEGA / (2 * np.pi),
         damping_ratio=np.array([0.02]),
         parameters=np.zeros(4),
@@ -269,7 +269,9 @@ def test_a_split_of_the_same_shape_is_one_where_a_camera_may_see_both_ways_alike
     one = SimpleNamespace(
         theta=[np.array([[0.08, z]])],
         law=SimpleNamespace(
-            setting=replace(setting(), towards=np.ones(1) if flat else None), modes=1
+            setting=replace(setting(), towards=np.ones(1) if flat else None),
+            modes=1,
+            damping="free",
         ),
         frequency=OMEGA / (2 * np.pi),
         damping_ratio=np.array([0.02]),
@@ -291,7 +293,7 @@ def test_a_pair_of_one_material_is_damped_alike_within_three_sigma(z, spread, na
     covariance[3, 3] = spread**2
     one = SimpleNamespace(
         theta=[np.array([[0.05, z]])],
-        law=SimpleNamespace(setting=setting(), modes=1),
+        law=SimpleNamespace(setting=setting(), modes=1, damping="free"),
         frequency=OMEGA / (2 * np.pi),
         damping_ratio=np.array([0.02]),
         parameters=np.zeros(4),
@@ -438,6 +440,26 @@ def test_few_places_are_told_once_each():
     places, levers = _places(moved, moved[:, 1, 0])
     assert sorted(levers) == pytest.approx([0.2, 0.5, 1.0])
     assert len(places) == 3
+
+
+@pytest.mark.parametrize(
+    ("rest", "late", "owing"),
+    [(0.0, 0.0, False), (0.2, 0.0, False), (0.4, 0.0, True), (0.0, 0.05, False), (0.0, 0.3, True)],
+    ids=["noise", "a little fitted", "much fitted", "a trifle held out", "much held out"],
+)
+def test_an_explanation_owes_what_it_leaves_beyond_noise_and_a_trifle(rest, late, owing):
+    """Of a wave that no mode has, `rest` of it is left where it was fitted, `late` held out."""
+    found = declared(channels(moved(zeta=0.02)))
+    data = found.law.takes[0]
+    wave = 30 * data.sigma * np.sin(9.7 * W * data.time)[:, None]
+
+    def leaving(fitted, held):
+        part = np.where(data.fit, fitted, held)[:, None] * wave
+        left = ((data.values - found.predicted[0] - part) / data.sigma)[data.fit]
+        chi2 = float((left**2).sum())
+        return replace(found, predicted=(found.predicted[0] + part,), chi2=chi2)
+
+    assert owes(leaving(rest, late), leaving(1.0, 1.0)) is owing
 
 
 def test_what_mends_the_tail_counts_as_a_second_effect():
