@@ -14,7 +14,6 @@ from .lens import straightened
 from .listen import listen
 from .match import (
     PAIR,
-    SPLIT,
     Match,
     has_twin,
     match_modes,
@@ -28,7 +27,7 @@ from .residual import excess
 from .settle import Recorded, amplitudes, astray, beside, moves_its_way, settle, untied
 from .symmetry import is_even, unevenness
 from .timefit import fit
-from .unheard import weak_modes
+from .unheard import NEIGHBOUR, weak_modes
 
 WEAK = 0.6  # likeness in shape less twice the difference in pitch that makes a weak mode known
 WEAKER = 0.4  # the same, where it takes most of what was left
@@ -78,11 +77,12 @@ def hear(body: Body, find_release) -> Heard:
     """
     ground, rings = _listened(body, find_release)
     takes, condition, bodies, fitted = ground.takes, ground.condition, ground.bodies, ground.fitted
-    matches = {}
+    matches, heard = {}, {}
     for i, data in enumerate(takes):
         if condition[i] not in matches and not data.take.held_out:
             matches[condition[i]] = _match(data, rings[i], bodies[condition[i]])
-    matches = common(matches, body.modes.frequency)
+            heard[condition[i]] = rings[i].frequency
+    matches = common(matches, heard)
     chosen = [_same_poles(ground, rings, i, matches) for i in fitted]
     settled = settle(ground, chosen, matches)
     straight = tuple(_straightened(ground, settled[1], i) for i in range(len(takes)))
@@ -265,12 +265,12 @@ def _match(data: Channels, ring: RingDown, body: Body) -> Match:
     return match_modes(ring, chase, body.modes.frequency, body.seen(data), 1 / data.frame)
 
 
-def common(matches: dict[int, Match], frequency: np.ndarray) -> dict[int, Match]:
+def common(matches: dict[int, Match], heard: dict[int, np.ndarray]) -> dict[int, Match]:
     """The strongest mode of each condition, and the others that every condition shows.
 
-    With other loads the strongest one may be the other of two that lie close together. Where it
-    is another one altogether, by the computed `frequency` (m,), the one that is strongest in all
-    comes first.
+    With other loads the strongest one may be the other of two that lie close together, or have
+    another place among the computed ones. Where it is another one altogether, by the poles that
+    each condition `heard` (n,) Hz, the one that is strongest in all comes first.
     """
     if len(matches) == 1:
         return matches
@@ -279,7 +279,8 @@ def common(matches: dict[int, Match], frequency: np.ndarray) -> dict[int, Match]
     if None in strongest:
         return {c: Match(m.poles[:1], m.modes[:1]) for c, m in matches.items()}
     shared = [j for j in first.modes if all(j in m.modes for m in matches.values())]
-    if np.ptp(np.log(frequency[list(strongest)])) > SPLIT and shared:
+    pitches = [heard[c][m.poles[0]] for c, m in matches.items()]
+    if len(strongest) > 1 and np.ptp(np.log(pitches)) > np.log(NEIGHBOUR) and shared:
         head = min(shared, key=lambda j: sum(m.modes.index(j) for m in matches.values()))
         matches = {c: _led_by(m, head) for c, m in matches.items()}
         strongest = {head}
