@@ -209,10 +209,13 @@ def _gaps(modes, body: Body) -> dict[int, float]:
     but without a load no further than the body is uneven, a pitch going with the root of a moment.
     """
     frequency = body.modes.frequency
+    able = turning(modes, frequency, 2 * PAIR)
+    if not able:
+        return {}
     most = unevenness(body.bare) / 2 if body.model is body.bare else np.inf
     return {
         k: min(float(np.abs(np.delete(frequency, modes) / frequency[modes[k]] - 1).min()), most)
-        for k in turning(modes, frequency, 2 * PAIR)
+        for k in able
     }
 
 

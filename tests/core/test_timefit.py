@@ -236,38 +236,14 @@ def test_a_weakening_rub_is_plain_at_rest_and_weak_at_speed():
     assert quick == pytest.approx(slow / 4)
 
 
-def test_a_split_within_three_sigma_of_what_meshes_split_by_is_none():
-    known = SimpleNamespace(
-        theta=[np.array([[0.02, 0.02]])],
-        law=SimpleNamespace(setting=setting(), modes=1, damping="free"),
-        frequency=OMEGA / (2 * np.pi),
-        damping_ratio=np.array([0.02]),
-        parameters=np.zeros(4),
-        chi2=100.0,
-        samples=100,
-    )
-    for spread, named in ((0.006, True), (0.004, False)):
-        covariance = np.zeros((4, 4))
-        covariance[2, 2] = spread**2
-        one = SimpleNamespace(
-            **vars(known),
-            covariance=covariance,
-            coefficients=np.array([[1.0], [0.0]]),
-            column_shapes=lambda: [np.array([[0.0], [1.0]])],
-        )
-        assert bool(split_modes.veto(one)) is named
+def split(by, z=0.02, *, sigma=(0.0, 0.0), left=1.0, across=True, flat=False):
+    """A fit with one mode, damped by 0.02, and a partner `by` from it, as vetoes see it.
 
-
-@pytest.mark.parametrize(
-    ("flat", "z", "left", "named"),
-    [(True, 0.022, 1.1, True), (True, 0.06, 1.1, False), (True, 0.022, 5.0, False),
-     (False, 0.022, 1.1, False)],
-)  # fmt: skip
-def test_a_split_of_the_same_shape_is_one_where_a_camera_may_see_both_ways_alike(
-    flat, z, left, named
-):
-    one = SimpleNamespace(
-        theta=[np.array([[0.08, z]])],
+    sigma: standard deviations of the split and of the partner's damping ratio.
+    """
+    second = [[0.0], [1.0]] if across else [[1.0], [0.5]]
+    return SimpleNamespace(
+        theta=[np.array([[by, z]])],
         law=SimpleNamespace(
             setting=replace(setting(), towards=np.ones(1) if flat else None),
             modes=1,
@@ -276,12 +252,24 @@ def test_a_split_of_the_same_shape_is_one_where_a_camera_may_see_both_ways_alike
         frequency=OMEGA / (2 * np.pi),
         damping_ratio=np.array([0.02]),
         parameters=np.zeros(4),
+        covariance=np.diag([0.0, 0.0, *np.square(sigma)]),
         chi2=100.0 * left,
         samples=100,
-        covariance=np.zeros((4, 4)),
-        coefficients=np.array([[1.0], [0.5]]),
-        column_shapes=lambda: [np.array([[1.0], [0.5]])],
+        coefficients=np.array([[1.0], [0.0 if across else 0.5]]),
+        column_shapes=lambda: [np.array(second)],
     )
+
+
+@pytest.mark.parametrize(("spread", "named"), [(0.004, True), (0.006, False)])
+def test_a_split_within_three_sigma_of_what_meshes_split_by_is_none(spread, named):
+    assert bool(split_modes.veto(split(0.02, sigma=(spread, 0.0)))) is not named
+
+
+@pytest.mark.parametrize(
+    ("flat", "left", "named"), [(True, 1.1, True), (True, 5.0, False), (False, 1.1, False)]
+)
+def test_a_split_of_the_same_shape_is_one_where_a_camera_may_see_both_ways_alike(flat, left, named):
+    one = split(0.08, left=left, across=False, flat=flat)
     assert bool(split_modes.veto(one)) is not named
 
 
@@ -289,21 +277,7 @@ def test_a_split_of_the_same_shape_is_one_where_a_camera_may_see_both_ways_alike
     ("z", "spread", "named"), [(0.021, 0.0, True), (0.028, 0.0, False), (0.028, 0.003, True)]
 )
 def test_a_pair_of_one_material_is_damped_alike_within_three_sigma(z, spread, named):
-    covariance = np.zeros((4, 4))
-    covariance[3, 3] = spread**2
-    one = SimpleNamespace(
-        theta=[np.array([[0.05, z]])],
-        law=SimpleNamespace(setting=setting(), modes=1, damping="free"),
-        frequency=OMEGA / (2 * np.pi),
-        damping_ratio=np.array([0.02]),
-        parameters=np.zeros(4),
-        chi2=100.0,
-        samples=100,
-        covariance=covariance,
-        coefficients=np.array([[1.0], [0.0]]),
-        column_shapes=lambda: [np.array([[0.0], [1.0]])],
-    )
-    assert bool(split_modes.veto(one)) is not named
+    assert bool(split_modes.veto(split(0.05, z, sigma=(0.0, spread)))) is not named
 
 
 def test_a_split_is_that_of_the_mode_that_has_a_partner():
