@@ -16,13 +16,14 @@ from .effects import TIME_EFFECTS
 from .effects.base import FINE, Effect
 from .in_step import in_step
 from .law import TRUST, Law, TimeFit
+from .outset import outsets, tangents
 from .pair import across, crossed
 from .read_off import read_off
 from .refit import swapped
 from .residual import NOISY, misfit
 from .side_by_side import in_step_by_halves
 from .simulate import COARSE
-from .timefit import best_fit, extend, fit, screen
+from .timefit import best_fit, fit, screen
 
 EVIDENCE = 20.0  # least gain in BIC (Kass and Raftery 1995 call 10 very strong)
 MATERIAL = 0.005  # least share of the motion's RMS
@@ -33,11 +34,11 @@ SETTLED = 0.95  # share of the excess from which what comes later gets one start
 BEGUN = 7  # places that a fit begins from: the marker and the six farthest apart on the body
 FIRSTS, BESIDE = 10, 4  # names that are tried alone, and beside another one, at most
 AT_ONCE = 2  # the most promising effects, which may settle the rest
-RUNNERS = 2  # starting places of an effect that are fitted
+RUNNERS = 3  # starting places of an effect that are fitted
 MOSTLY, BETTER = 0.6, 0.9  # share that the best one must take, misfit that it leaves then
 CLOSE = 3.0  # misfit that a last look of a search gains; what is found is sharpened
 LOOKS, CHEAP = 10, 30  # of a search, at most: with forces to march, and without
-HORIZONS = (0.4, 1.0)  # shares of the fitted part: from short to long, lest a phase slip traps
+HORIZONS = (0.15, 0.3, 0.5, 0.7, 1.0)  # shares of the fitted part: a phase must not slip
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,9 +111,11 @@ class Try:
 def race(one: Try) -> TimeFit:
     """The best fit with the effect."""
     start, effect = one.start, one.effect
-    first = unlike(effect, one.begins, one.promise)[: one.runners]
-    tries = [extend(start, (effect,), [one.begins[i]])[1] for i in first]
-    starts, horizons = np.array(tries), one.horizons if effect.marched else (1.0,)
+    first = unlike(effect, one.begins, one.promise)
+    begins = [one.begins[i] for i in first]
+    own = tangents(start, effect, begins) if effect.scales else begins
+    starts = outsets(start, one.law, [(effect, begins, own)])[: one.runners]
+    horizons = one.horizons if effect.marched else (1.0,)
     marched = any(e.marched for e in one.law.effects)
     found = best_fit(
         one.law,

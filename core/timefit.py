@@ -203,19 +203,21 @@ def screen(found: TimeFit, effect: Effect, thetas: list) -> np.ndarray:
     The residual's change by the effect, scaled as it likes (Rao, Linear Statistical Inference,
     1973, 6e).
     """
-    change = changes(found, effect, thetas)
+    change = beyond(found, changes(found, effect, thetas))
     power = (change**2).sum(axis=1)
     return (change @ found.residuals) ** 2 / np.where(power > 0, power, np.inf)
 
 
 def changes(found: TimeFit, effect: Effect, thetas: list) -> np.ndarray:
-    """(n, R) change of the residuals by the effect at each of `thetas`, without what the fitted
-    parameters can take up.
-    """
+    """(n, R) change of the residuals by the effect at each of `thetas`."""
     law, _ = extend(found, (effect,), [thetas[0]])
     P = np.vstack([np.r_[found.parameters, np.asarray(theta, float)] for theta in thetas])
     low, high = _bounds(law)
-    change = residuals(_cut(law, 1.0), np.clip(P, low, high)) - found.residuals
+    return residuals(_cut(law, 1.0), np.clip(P, low, high)) - found.residuals
+
+
+def beyond(found: TimeFit, change: np.ndarray) -> np.ndarray:
+    """(n, R) changes without what the fitted parameters can take up."""
     scale = np.linalg.norm(found.jacobian, axis=0)
     q, _ = np.linalg.qr(found.jacobian / np.where(scale > 0, scale, 1.0))
     return change - (change @ q) @ q.T

@@ -7,7 +7,7 @@ swings from where.
 """
 
 from functools import partial
-from itertools import combinations, product
+from itertools import combinations
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from .effects import TIME_EFFECTS
 from .effects.further_mode import ran_off
 from .in_step import in_step
 from .law import TimeFit, replace
+from .outset import outsets, tangents
 from .refit import turned
 from .residual import NOISY
 from .side_by_side import in_step_by_halves
@@ -30,7 +31,7 @@ from .time_layer import (
     seconds,
     unlike,
 )
-from .timefit import best_fit, changes, extend, walked
+from .timefit import best_fit, beyond, walked
 
 BEAM = 4  # single effects that a second one is sought beside
 FEW = 2  # modes: with more, so many places tie that the first swings tell nothing
@@ -80,19 +81,21 @@ def _of_the_library(start: TimeFit) -> list[Candidate]:
         return []
     known = [one for one in entries(start, TIME_EFFECTS) if one.promise.max() > PROMISE]
     strengths = [[o.begins[i] for i in unlike(o.effect, o.begins, o.promise)] for o in known]
-    tangents = in_step(
-        [partial(changes, start, o.effect, s) for o, s in zip(known, strengths, strict=True)]
+    raw = in_step(
+        [partial(tangents, start, o.effect, s) for o, s in zip(known, strengths, strict=True)]
     )
+    own = [beyond(start, change) for change in raw]
     twos = []
     for i, j in combinations(range(len(known)), 2):
         effects = known[i].effect, known[j].effect
         if effects[0].name != effects[1].name:
-            gain = _joint_score(tangents[i], tangents[j], start.residuals)
-            twos.append((gain, effects, list(product(strengths[i], strengths[j]))))
+            gain = _joint_score(own[i], own[j], start.residuals)
+            twos.append((gain, effects, [(known[n].effect, strengths[n], raw[n]) for n in (i, j)]))
     twos = sorted(twos, key=lambda two: -two[0])[:TWOS]
 
     def begun(effects, begins):
-        law, starts = raced(start, *effects), [extend(start, effects, list(b))[1] for b in begins]
+        law = raced(start, *effects)
+        starts = outsets(start, law, begins)
         some = [p for p, _, _ in walked(law, starts, HORIZONS[:1], LOOKS, WALKS[0])]
         return walked(law, some, HORIZONS[1:2], LOOKS, WALKS[1])
 

@@ -33,8 +33,9 @@ EFFECT = Effect(
     settle="release it once from the other side: the shift of the mean changes its sign",
     low=(-0.8, 1.0),
     high=(0.8, 2.0),
-    starts=lambda setting, residual: [(0.05, 1.3), (-0.05, 1.3), (0.3, 1.3), (-0.3, 1.3)],
+    starts=lambda setting, residual: [(0.05, 1.0), (0.05, 1.5)],
     force=force,
+    scales=True,
     report=report,
     rival=perspective.instead,
 )

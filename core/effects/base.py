@@ -119,6 +119,7 @@ class Effect:
     starts: Callable | None = None
     force: Callable | None = None
     acceleration: Callable | None = None
+    scales: bool = False  # theta's first number is the strength, either way of which it may act
     sudden: bool = False  # so stiff at some instants that it is always marched in FINE steps
     columns: Callable | None = None
     beside: Callable | None = None

@@ -47,6 +47,7 @@ EFFECT = Effect(
         (0.15, np.log(0.05)),
     ],
     force=force,
+    scales=True,
     sudden=True,
     report=report,
     veto=too_faint,

@@ -12,7 +12,7 @@ import numpy as np
 from .base import Effect, Parameter, too_faint
 
 # of q: what grows more steeply still is a stop, and what levels off sooner is no backbone
-BENDS = (-0.6, 2.0)
+BENDS = (-0.6, 4.0)
 STEEPEST = 0.2  # least 1 + q x^2/A^2: the law has a pole where that is nought
 
 
@@ -40,10 +40,11 @@ EFFECT = Effect(
     parameters=(Parameter("shift_per_metre2", "1/m2", -1e6, 1e6),),
     twins=("stiffness_drift", "contact"),
     settle="film a second take released from half, and one from twice, the amplitude",
-    low=(-0.3, BENDS[0]),
+    low=(-1.0, BENDS[0]),
     high=(1.5, BENDS[1]),
-    starts=lambda setting, residual: [(0.03, 0.0), (-0.03, 0.0), (0.03, -0.5), (-0.03, 1.0)],
+    starts=lambda setting, residual: [(0.03, 0.0), (0.03, -0.5), (0.03, 1.0)],
     force=force,
+    scales=True,
     report=report,
     veto=too_faint,
 )

@@ -42,8 +42,9 @@ EFFECT = Effect(
     settle="film a second take of another amplitude: does the pitch follow time or amplitude?",
     low=(-0.6, BENDS[0]),
     high=(2.0, BENDS[1]),
-    starts=lambda setting, residual: [(0.03, 0.0), (-0.03, 0.0)],
+    starts=lambda setting, residual: [(0.03, 0.0)],
     acceleration=acceleration,
+    scales=True,
     report=report,
     veto=too_faint,
 )

@@ -18,6 +18,7 @@ from core.effects import (
     base_motion,
     contact,
     dry_friction,
+    large_amplitude,
     relaxation,
     split_modes,
     sudden_change,
@@ -27,13 +28,14 @@ from core.effects.base import FINE
 from core.foils import weakens, weakens_rather
 from core.law import bounds
 from core.linear_part import solve
+from core.outset import outsets, tangents
 from core.refit import turned
 from core.settle import astray
 from core.simulate import COARSE, swing
 from core.sufficiency import AHEAD, ENOUGH, counts_second, owes, strays, sufficient
 from core.tell import parameters
 from core.time_layer import Try, judge, race
-from core.timefit import best_fit, extend, fit, screen, sharp
+from core.timefit import best_fit, extend, fit, misfits, screen, sharp
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
 
 RATE, SECONDS, NOISE = 120, 4.0, 0.01 * AMPLITUDE
@@ -72,6 +74,17 @@ class Stop:
 
     def pull(self, x, v, t, h):
         return -self.k * W**2 * max(0.0, x - self.gap)
+
+
+class Backbone:
+    """An odd spring that shifts the pitch by `shift` at first, and levels off by `bend`."""
+
+    def __init__(self, shift, bend):
+        self.shift, self.bend = shift, bend
+
+    def pull(self, x, v, t, h):
+        square = (x / AMPLITUDE) ** 2
+        return -(8 / 3) * W**2 * self.shift * x * square / (1 + self.bend * square)
 
 
 class Softening:
@@ -154,6 +167,29 @@ def test_the_best_of_two_starts_is_found_whichever_comes_first():
     alone = [fit(law, p).chi2 for p in starts]
     assert both.chi2 == pytest.approx(min(alone), rel=1e-9)
     assert best_fit(law, starts[::-1]).chi2 == pytest.approx(min(alone), rel=1e-9)
+
+
+@pytest.mark.parametrize("shift", [0.01, -0.01])
+def test_a_search_begins_the_way_that_what_is_left_asks_for(shift):
+    found = declared(channels(moved(Backbone(shift, 0.0))))
+    effect, starts = large_amplitude.EFFECT, [(0.03, 0.0)]
+    law = one_more(found, effect)
+    begin = outsets(found, law, [(effect, starts, tangents(found, effect, starts))])[0]
+    assert 0.1 < begin[-2] / shift < 1.0  # the rest turns with it, so the way there is bent
+    asked, nominal = misfits(law, np.array([begin, [*found.parameters, *starts[0]]]))
+    assert asked < found.chi2 - 50 < nominal
+
+
+def one_more(found, effect):
+    return replace(found.law, effects=(*found.law.effects, effect))
+
+
+@pytest.mark.parametrize(("shift", "bend"), [(-0.3, 1.0), (0.1, 0.0)])
+def test_a_backbone_is_found_whichever_way_it_bends(shift, bend):
+    found = raced(declared(channels(moved(Backbone(shift, bend)))), large_amplitude.EFFECT)
+    fine = sharp(found)
+    assert fine.chi2 < 1.1 * fine.samples
+    assert fine.theta[0][0] == pytest.approx([shift, bend], rel=0.1, abs=0.05)
 
 
 def test_a_hard_stop_is_searched_in_fine_steps_and_found():
