@@ -5,8 +5,9 @@ from functools import partial
 from .effects import TIME_EFFECTS
 from .in_step import in_step
 from .law import TimeFit
+from .race import race
 from .read_off import read_off
-from .time_layer import entries, judge, race
+from .time_layer import entries, judge
 from .timefit import sharp
 
 READ_OFF = {"base_motion", "tracker_drift", "lost_frames"}

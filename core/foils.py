@@ -3,9 +3,10 @@
 from .effects import weakening_friction
 from .effects.sudden_change import FOIL
 from .law import TimeFit
+from .race import Try, race
 from .refit import swapped
 from .residual import NOISY, QUIET, misfit
-from .time_layer import EVIDENCE, Candidate, Try, judge, race
+from .time_layer import EVIDENCE, Candidate, judge
 from .timefit import best_fit, fit, screen, sharp
 
 HALF = 0.5  # of what the best effect leaves is what a sudden change may leave to be the cause

@@ -1,6 +1,6 @@
 """Which effect in time explains what the declared modes leave: race, fit, confirm.
 
-1. every effect is started from several places on a short horizon; the best few are fitted whole
+1. every effect is started from several places, on growing shares of the record (race.py)
 2. an effect counts when the evidence is strong (BIC), when it is material, when it accounts for
    most of what was left, and when it also predicts what was held out
 3. one that does nearly as well as the best is its twin
@@ -13,17 +13,16 @@ from itertools import islice
 import numpy as np
 
 from .effects import TIME_EFFECTS
-from .effects.base import FINE, Effect
+from .effects.base import Effect
 from .in_step import in_step
-from .law import TRUST, Law, TimeFit
-from .outset import outsets, tangents
-from .pair import across, crossed
+from .law import TimeFit
+from .pair import crossed
+from .race import Try, ended, worth
 from .read_off import read_off
 from .refit import swapped
 from .residual import NOISY, misfit
 from .side_by_side import in_step_by_halves
-from .simulate import COARSE
-from .timefit import best_fit, fit, screen
+from .timefit import fit, screen
 
 EVIDENCE = 20.0  # least gain in BIC (Kass and Raftery 1995 call 10 very strong)
 MATERIAL = 0.005  # least share of the motion's RMS
@@ -34,11 +33,7 @@ SETTLED = 0.95  # share of the excess from which what comes later gets one start
 BEGUN = 7  # places that a fit begins from: the marker and the six farthest apart on the body
 FIRSTS, BESIDE = 10, 4  # names that are tried alone, and beside another one, at most
 AT_ONCE = 2  # the most promising effects, which may settle the rest
-RUNNERS = 3  # starting places of an effect that are fitted
 MOSTLY, BETTER = 0.6, 0.9  # share that the best one must take, misfit that it leaves then
-CLOSE = 3.0  # misfit that a last look of a search gains; what is found is sharpened
-LOOKS, CHEAP = 10, 30  # of a search, at most: with forces to march, and without
-HORIZONS = (0.15, 0.3, 0.5, 0.7, 1.0)  # shares of the fitted part: a phase must not slip
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,63 +85,6 @@ def able(start: TimeFit, effects) -> list[Effect]:
         for e in effects
         if e.name not in there and not (e.requires and e.requires(law.setting, law.takes))
     ]
-
-
-@dataclass(frozen=True, eq=False)
-class Try:
-    """A search for one effect, beside those of a fit, from its most promising starting places."""
-
-    start: TimeFit
-    promise: np.ndarray
-    effect: Effect
-    begins: list
-    runners: int = RUNNERS
-    horizons: tuple = HORIZONS
-
-    @property
-    def law(self) -> Law:
-        return raced(self.start, self.effect)
-
-
-def race(one: Try) -> TimeFit:
-    """The best fit with the effect."""
-    start, effect = one.start, one.effect
-    first = unlike(effect, one.begins, one.promise)
-    begins = [one.begins[i] for i in first]
-    own = tangents(start, effect, begins) if effect.scales else begins
-    starts = outsets(start, one.law, [(effect, begins, own)])[: one.runners]
-    horizons = one.horizons if effect.marched else (1.0,)
-    marched = any(e.marched for e in one.law.effects)
-    found = best_fit(
-        one.law,
-        starts,
-        horizons,
-        evaluations=LOOKS if marched else CHEAP,
-        close=CLOSE if effect.marched else 0.0,
-    )
-    return across(found) if effect.force else found
-
-
-def raced(start: TimeFit, *effects: Effect) -> Law:
-    """The law of `start` with `effects`, as they are searched for."""
-    law = replace(start.law, effects=(*start.law.effects, *effects))
-    # with misfit beyond noise a weight in noise units would be too weak
-    trust = TRUST * max(np.sqrt(start.chi2 / start.samples), 1.0)
-    steps = FINE if any(e.sudden for e in law.effects) else COARSE
-    return replace(law, trust=trust, setting=replace(start.law.setting, steps=steps))
-
-
-def unlike(effect: Effect, begins: list, promise: np.ndarray) -> list[int]:
-    """The most promising starting places first, of each strength only the best place on the body:
-    the search moves a place more easily than it turns a law round.
-    """
-    out, seen = [], set()
-    for i in np.argsort(-promise):
-        own = tuple(begins[i][: len(effect.low)])
-        if own not in seen:
-            out.append(int(i))
-            seen.add(own)
-    return out
 
 
 def entries(start: TimeFit, effects) -> list[Try]:
@@ -254,26 +192,28 @@ def _chosen(start: TimeFit, most: int) -> list[Try]:
 
 
 def _tried(tries: list[Try]) -> list:
-    """(Try, fit or None where it is vetoed, whether it is outdone) of each."""
+    """(Try, fit or None where it is vetoed or not worth its end, whether it is outdone) of each."""
+    going = worth(tries)
 
-    def tried(one):
-        found = race(one)
+    def tried(one, begins):
+        found = ended(one, begins)
         return None if vetoed(found) else (found, outdone(found))
 
     def unpack(n, packed):
         if packed is None:
             return None
         found, plainer = packed
-        law = tries[n].law
+        law = going[n][0].law
         own = len(found.parameters) == sum(law.sizes())
         return replace(found, law=law if own else crossed(law)), plainer
 
     done = in_step_by_halves(
-        [partial(tried, one) for one in tries],
+        [partial(tried, *one) for one in going],
         pack=lambda done: done and (replace(done[0], law=None), done[1]),
         unpack=unpack,
     )
-    return [(one, *(found or (None, False))) for one, found in zip(tries, done, strict=True)]
+    found = {id(one): some for (one, _), some in zip(going, done, strict=True)}
+    return [(one, *(found.get(id(one)) or (None, False))) for one in tries]
 
 
 def refuted(found: TimeFit) -> bool:

@@ -15,6 +15,7 @@ from .effects.base import FINE, Effect
 from .law import Law, TimeFit, bounds, unpack
 from .linear_part import left_over, march, residuals, solve
 
+EARLY = 10  # evaluations on a share of the record
 DONE, NEAR = 1e-5, 1e-2  # share of the misfit that a last step gains, at the end and on the way
 LAGS = 1.5  # of the best walk's misfit: one that is more off does not catch up
 SAME = 0.0005  # of what its parameters may be: nearer the best walk, one is where that is
@@ -62,23 +63,27 @@ def fit(law: Law, start: np.ndarray, horizons=(1.0,), evaluations: int = 10) -> 
 
 
 def best_fit(
-    law: Law, starts: np.ndarray, horizons=(1.0,), evaluations: int = 10, close: float = 0.0
+    law: Law,
+    starts: np.ndarray,
+    horizons=(1.0,),
+    evaluations: int = 10,
+    close: tuple[float, float] = (DONE, 0.0),
 ) -> TimeFit:
     """The best that `fit` finds from any of `starts` (S, p), all searched at once.
 
-    `close`: gain in chi2 of a last look at which the search may end early.
+    `close`: gain of a last look at which the search ends, as a share of chi2 and in chi2.
     """
     p, jacobian, _ = walked(law, starts, horizons, evaluations, close=close)[0]
     return conclude(law, p, jacobian)
 
 
-def walked(law: Law, starts, horizons, evaluations: int, most: int = 2, close: float = 0.0) -> list:
+def walked(law: Law, starts, horizons, evaluations: int, most: int = 2, close=(DONE, 0.0)) -> list:
     """(p, Jacobian, cost) of the best searches from `starts`, `most` at most, best first."""
     low, high = _bounds(law)
     for horizon in horizons:
         short = _cut(law, horizon)
         starts = [np.clip(_gauged(short, p), low + 1e-12, high - 1e-12) for p in starts]
-        end = evaluations, *((DONE, close) if horizon == 1.0 else (NEAR, 0.0))
+        end = (evaluations, *close) if horizon == 1.0 else (min(evaluations, EARLY), NEAR, 0.0)
         walks = _promising(_descend(short, starts, (low, high), end), high - low, most)
         starts = [p for p, _, _ in walks]
     return walks

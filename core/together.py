@@ -16,6 +16,7 @@ from .effects.further_mode import ran_off
 from .in_step import in_step
 from .law import TimeFit, replace
 from .outset import outsets, tangents
+from .race import raced, unlike
 from .refit import turned
 from .residual import NOISY
 from .side_by_side import in_step_by_halves
@@ -26,10 +27,8 @@ from .time_layer import (
     entries,
     judge,
     outdone,
-    raced,
     refuted,
     seconds,
-    unlike,
 )
 from .timefit import best_fit, beyond, walked
 

@@ -47,7 +47,6 @@ EFFECT = Effect(
         (0.15, np.log(0.05)),
     ],
     force=force,
-    scales=True,
     sudden=True,
     report=report,
     veto=too_faint,

@@ -21,6 +21,7 @@ from core.effects import (
     large_amplitude,
     relaxation,
     split_modes,
+    stiffness_drift,
     sudden_change,
     weakening_friction,
 )
@@ -29,12 +30,13 @@ from core.foils import weakens, weakens_rather
 from core.law import bounds
 from core.linear_part import solve
 from core.outset import outsets, tangents
+from core.race import Try, race, worth
 from core.refit import turned
 from core.settle import astray
 from core.simulate import COARSE, swing
 from core.sufficiency import AHEAD, ENOUGH, counts_second, owes, strays, sufficient
 from core.tell import parameters
-from core.time_layer import Try, judge, race
+from core.time_layer import judge
 from core.timefit import best_fit, extend, fit, misfits, screen, sharp
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
 
@@ -131,9 +133,13 @@ def declared(*data, condition=(0,)):
     return fit(replace(law, setting=replace(law.setting, paired=False)), p, evaluations=40)
 
 
-def raced(found, effect):
+def tried(found, effect):
     begins = effect.starts(found.law.setting, None)
-    return race(Try(found, screen(found, effect, begins), effect, begins))
+    return Try(found, screen(found, effect, begins), effect, begins)
+
+
+def raced(found, effect):
+    return race(tried(found, effect))
 
 
 def test_the_linear_part_is_that_of_least_squares_a_channel():
@@ -190,6 +196,17 @@ def test_a_backbone_is_found_whichever_way_it_bends(shift, bend):
     fine = sharp(found)
     assert fine.chi2 < 1.1 * fine.samples
     assert fine.theta[0][0] == pytest.approx([shift, bend], rel=0.1, abs=0.05)
+
+
+def test_a_search_that_falls_behind_by_half_of_the_record_is_not_ended():
+    found = declared(channels(moved(Rub(0.05, 0.02))))
+    effects = dry_friction.EFFECT, air_drag.EFFECT, stiffness_drift.EFFECT, relaxation.EFFECT
+    going = worth([tried(found, effect) for effect in effects])
+    names = [one.effect.name for one, _ in going]
+    assert "dry_friction" in names
+    assert "relaxation" in names  # not marched, so its end costs little
+    assert "stiffness_drift" not in names
+    assert "air_drag" not in names
 
 
 def test_a_hard_stop_is_searched_in_fine_steps_and_found():

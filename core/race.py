@@ -1,0 +1,133 @@
+"""The search for one effect: from where it begins, on growing shares of the record, to its end.
+
+Searches from one fit race each other: one that by half of the record gains far less than the best
+one is not ended (successive halving: Jamieson and Talwalkar, AISTATS 2016).
+"""
+
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from .effects.base import FINE, Effect
+from .in_step import in_step
+from .law import TRUST, Law, TimeFit
+from .outset import outsets, tangents
+from .pair import across
+from .side_by_side import in_step_by_halves
+from .simulate import COARSE
+from .timefit import EARLY, best_fit, walked
+
+RUNNERS = 2  # starting places of an effect that are fitted
+HALF = 0.5  # share of the record up to which all go
+HORIZONS = (0.15, 0.3, HALF, 0.7, 1.0)  # shares of the fitted part: a phase must not slip
+WORTH = 0.4  # of the best one's gain by half of the record, with which a search goes on
+LEAST = 0.02  # of the misfit beyond noise there, that it gains
+CLOSE = 3.0  # misfit that a last look of a search gains; what is found is sharpened
+CLOSELY, CLOSER = 1e-5, 3e-4  # the same as a share: of an effect that is marched, and of others
+LOOKS, CHEAP = 10, 30  # of a search, at most: with forces to march, and without
+
+
+@dataclass(frozen=True, eq=False)
+class Try:
+    """A search for one effect, beside those of a fit, from its most promising starting places."""
+
+    start: TimeFit
+    promise: np.ndarray
+    effect: Effect
+    begins: list
+    runners: int = RUNNERS
+    horizons: tuple = HORIZONS
+
+    @property
+    def law(self) -> Law:
+        return raced(self.start, self.effect)
+
+
+@dataclass(frozen=True, eq=False)
+class Begun:
+    """Where a search stands by half of the record."""
+
+    places: np.ndarray  # (S, p)
+    misfit: float  # on the record so far; NaN where it has not begun
+
+
+def race(one: Try) -> TimeFit:
+    """The best fit with the effect."""
+    return ended(one, begun(one))
+
+
+def begun(one: Try) -> Begun:
+    """The search on the first shares of the record."""
+    start, effect = one.start, one.effect
+    begins = [one.begins[i] for i in unlike(effect, one.begins, one.promise)]
+    changes = tangents(start, effect, begins) if effect.scales else begins
+    places = outsets(start, one.law, [(effect, begins, changes)])[: one.runners]
+    first = [h for h in one.horizons if h <= HALF] if effect.marched else []
+    if not first:
+        return Begun(places, np.nan)
+    walks = walked(one.law, places, first, LOOKS)
+    return Begun(np.array([p for p, _, _ in walks]), walks[0][2])
+
+
+def ended(one: Try, begun: Begun) -> TimeFit:
+    """The best fit with the effect, from where its search stands."""
+    effect = one.effect
+    rest = [h for h in one.horizons if h > HALF] if effect.marched else (1.0,)
+    marched = any(e.marched for e in one.law.effects)
+    found = best_fit(
+        one.law,
+        begun.places,
+        rest,
+        evaluations=LOOKS if marched else CHEAP,
+        close=(CLOSELY if effect.marched else CLOSER, CLOSE) if marched else (CLOSELY, 0.0),
+    )
+    return across(found) if effect.force else found
+
+
+def worth(tries: list[Try]) -> list[tuple[Try, Begun]]:
+    """The searches that are worth their end, with where they stand: those that by half of the
+    record gain a fair share of what the best one from the same fit does.
+    """
+    stand = in_step_by_halves([partial(begun, one) for one in tries])
+    least = {}
+    for one, now in zip(tries, stand, strict=True):
+        if np.isfinite(now.misfit):
+            least[one.start] = min(now.misfit, least.get(one.start, np.inf))
+    before = dict(zip(least, in_step([partial(_half, start) for start in least]), strict=True))
+
+    def goes_on(one, now):
+        if not np.isfinite(now.misfit):
+            return True
+        was = before[one.start]
+        most, over = was - least[one.start], was - HALF * one.start.samples
+        return was - now.misfit >= max(WORTH * most, LEAST * over)
+
+    return [pair for pair in zip(tries, stand, strict=True) if goes_on(*pair)]
+
+
+def _half(start: TimeFit) -> float:
+    """Misfit that no further effect leaves on half of the record."""
+    return walked(raced(start), [start.parameters], (HALF,), EARLY)[0][2]
+
+
+def raced(start: TimeFit, *effects: Effect) -> Law:
+    """The law of `start` with `effects`, as they are searched for."""
+    law = replace(start.law, effects=(*start.law.effects, *effects))
+    # with misfit beyond noise a weight in noise units would be too weak
+    trust = TRUST * max(np.sqrt(start.chi2 / start.samples), 1.0)
+    steps = FINE if any(e.sudden for e in law.effects) else COARSE
+    return replace(law, trust=trust, setting=replace(start.law.setting, steps=steps))
+
+
+def unlike(effect: Effect, begins: list, promise: np.ndarray) -> list[int]:
+    """The most promising starting places first, of each strength only the best place on the body:
+    the search moves a place more easily than it turns a law round.
+    """
+    out, seen = [], set()
+    for i in np.argsort(-promise):
+        own = tuple(begins[i][: len(effect.low)])
+        if own not in seen:
+            out.append(int(i))
+            seen.add(own)
+    return out
