@@ -16,7 +16,7 @@ from .outset import outsets, tangents
 from .pair import across
 from .side_by_side import in_step_by_halves
 from .simulate import COARSE
-from .timefit import EARLY, best_fit, walked
+from .timefit import best_fit, walked
 
 RUNNERS = 2  # starting places of an effect that are fitted
 HALF = 0.5  # share of the record up to which all go
@@ -61,7 +61,7 @@ def begun(one: Try) -> Begun:
     """The search on the first shares of the record."""
     start, effect = one.start, one.effect
     begins = [one.begins[i] for i in unlike(effect, one.begins, one.promise)]
-    changes = tangents(start, effect, begins) if effect.scales else begins
+    changes = tangents(start, effect, begins) if effect.scales else [None] * len(begins)
     places = outsets(start, one.law, [(effect, begins, changes)])[: one.runners]
     first = [h for h in one.horizons if h <= HALF] if effect.marched else []
     if not first:
@@ -108,7 +108,7 @@ def worth(tries: list[Try]) -> list[tuple[Try, Begun]]:
 
 def _half(start: TimeFit) -> float:
     """Misfit that no further effect leaves on half of the record."""
-    return walked(raced(start), [start.parameters], (HALF,), EARLY)[0][2]
+    return walked(raced(start), [start.parameters], (HALF,), LOOKS)[0][2]
 
 
 def raced(start: TimeFit, *effects: Effect) -> Law:

@@ -15,7 +15,6 @@ from .effects.base import FINE, Effect
 from .law import Law, TimeFit, bounds, unpack
 from .linear_part import left_over, march, residuals, solve
 
-EARLY = 10  # evaluations on a share of the record
 DONE, NEAR = 1e-5, 1e-2  # share of the misfit that a last step gains, at the end and on the way
 LAGS = 1.5  # of the best walk's misfit: one that is more off does not catch up
 SAME = 0.0005  # of what its parameters may be: nearer the best walk, one is where that is
@@ -83,7 +82,7 @@ def walked(law: Law, starts, horizons, evaluations: int, most: int = 2, close=(D
     for horizon in horizons:
         short = _cut(law, horizon)
         starts = [np.clip(_gauged(short, p), low + 1e-12, high - 1e-12) for p in starts]
-        end = (evaluations, *close) if horizon == 1.0 else (min(evaluations, EARLY), NEAR, 0.0)
+        end = (evaluations, *close) if horizon == 1.0 else (evaluations, NEAR, 0.0)
         walks = _promising(_descend(short, starts, (low, high), end), high - low, most)
         starts = [p for p, _, _ in walks]
     return walks
