@@ -2,67 +2,76 @@
 
 To first order the residual is r + sum a c with a times each effect: the best a are those of least
 squares, c without what the other parameters take up (Rao, Linear Statistical Inference, 1973, 6e).
+A force has a column of a free shape besides, however weak it is: that is in r.
 """
 
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
 from .effects.base import Effect
 from .law import Law, TimeFit
-from .timefit import beyond, changes, extend, misfits
+from .timefit import beyond, changes, extend, misfits, within
 
 PARTS = (1.0, 0.5, 0.25, 0.1)  # of the strength that is asked for: an effect bends as it grows
 SMALL = 0.01  # of a strength, at which what it changes goes with it
 
 
-def tangents(found: TimeFit, effect: Effect, thetas: list) -> np.ndarray:
-    """(n, R) change of the residuals by the effect at each of `thetas`, as if it went with its
-    strength; as it is where that cannot be scaled.
-    """
+@dataclass(frozen=True, eq=False)
+class Begin:
+    """Where an effect may begin, and what the residuals do there."""
+
+    effect: Effect
+    thetas: list
+    there: np.ndarray  # (n, R) change by what does not go with the strength
+    tangent: np.ndarray  # (n, R) change by each theta, as if it went with the strength
+
+
+def begin(found: TimeFit, effect: Effect, thetas: list) -> Begin:
+    """The effect at each of `thetas`, beside a fit."""
     if not effect.scales:
-        return changes(found, effect, thetas)
-    return changes(found, effect, [(SMALL * t[0], *t[1:]) for t in thetas]) / SMALL
+        change = changes(found, effect, thetas)
+        return Begin(effect, thetas, change, np.zeros_like(change))
+    ways = [[(way * SMALL * t[0], *t[1:]) for t in thetas] for way in (1, -1)]
+    one, other = (changes(found, effect, some) for some in ways)
+    return Begin(effect, thetas, (one + other) / 2, (one - other) / (2 * SMALL))
 
 
-def outsets(found: TimeFit, law: Law, some: list[tuple[Effect, list, np.ndarray]]) -> np.ndarray:
+def outsets(found: TimeFit, law: Law, some: list[Begin]) -> np.ndarray:
     """(S, p) where to begin, the least misfit first: one for every choice of a theta of each of
-    `some` effects (effect, thetas, their `tangents`), as it is or with strengths asked for.
+    `some` effects, as it is or with strengths asked for.
 
     `law`: that of the search, with those effects last.
     """
-    choices = list(product(*([*zip(thetas, raw, strict=True)] for _, thetas, raw in some)))
-    effects = tuple(effect for effect, _, _ in some)
-    tries = [_asked(found, effects, choice) for choice in choices]
-    if not any(effect.scales for effect in effects):
-        return np.concatenate(tries)
-    left = misfits(law, np.concatenate(tries)).reshape(len(tries), -1)
+    choices = product(*(range(len(one.thetas)) for one in some))
+    tries = [_asked(found, law, some, choice) for choice in choices]
+    left = misfits(law, np.concatenate(tries), found.samples).reshape(len(tries), -1)
     order = np.argsort(left.min(axis=1))
     return np.array([tries[i][left[i].argmin()] for i in order])
 
 
-def _asked(found: TimeFit, effects: tuple[Effect, ...], choice: tuple) -> np.ndarray:
+def _asked(found: TimeFit, law: Law, some: list[Begin], choice: tuple[int, ...]) -> np.ndarray:
     """(1 + parts, p) where to begin with the chosen thetas, and with parts of what is asked for."""
-    thetas, raw = zip(*choice, strict=True)
-    _, nominal = extend(found, effects, list(thetas))
-    able = np.array([effect.scales for effect in effects])
-    if not able.any():
+    effects = tuple(one.effect for one in some)
+    thetas = [one.thetas[n] for one, n in zip(some, choice, strict=True)]
+    _, nominal = extend(found, effects, thetas)
+    able = [i for i, effect in enumerate(effects) if effect.scales]
+    if not able:
         return nominal[None]
-    raw = np.array(raw)
-    own = beyond(found, raw)
-    rest = found.residuals + own[~able].sum(axis=0)
-    times = np.ones(len(effects))
-    times[able] = -np.linalg.lstsq(own[able].T, rest, rcond=1e-10)[0]
+    there = sum(one.there[n] for one, n in zip(some, choice, strict=True))
+    tangent = np.array([some[i].tangent[choice[i]] for i in able])
+    rest = found.residuals + beyond(found, there[None])[0]
+    times = -np.linalg.lstsq(beyond(found, tangent).T, rest, rcond=1e-10)[0]
+    own = np.array([thetas[i][0] for i in able])
+    low, high = (np.array([getattr(effects[i], side)[0] for i in able]) for side in ("low", "high"))
+    strengths = np.clip(np.outer(PARTS, times * own), low, high)
     scale = np.linalg.norm(found.jacobian, axis=0)
     scale = np.where(scale > 0, scale, 1.0)
-    moved = np.linalg.lstsq(found.jacobian / scale, -times @ raw, rcond=1e-10)[0] / scale
+    change = there + strengths / own @ tangent
+    moved = np.linalg.lstsq(found.jacobian / scale, -change.T, rcond=1e-10)[0].T / scale
     firsts = len(nominal) - np.cumsum([len(theta) for theta in thetas][::-1])[::-1]
-    tries = [nominal]
-    for part in PARTS:
-        p = nominal.copy()
-        p[: len(moved)] += part * moved
-        for at, effect, much in zip(firsts, effects, times, strict=True):
-            if effect.scales:
-                p[at] = np.clip(part * much * p[at], effect.low[0], effect.high[0])
-        tries.append(p)
-    return np.array(tries)
+    tries = np.tile(nominal, (1 + len(PARTS), 1))
+    tries[1:, : len(found.parameters)] += moved
+    tries[1:, firsts[able]] = strengths
+    return within(law, tries)

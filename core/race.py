@@ -12,19 +12,23 @@ import numpy as np
 from .effects.base import FINE, Effect
 from .in_step import in_step
 from .law import TRUST, Law, TimeFit
-from .outset import outsets, tangents
+from .outset import begin, outsets
 from .pair import across
 from .side_by_side import in_step_by_halves
 from .simulate import COARSE
-from .timefit import best_fit, walked
+from .timefit import best_fit, extend, walked
 
 RUNNERS = 2  # starting places of an effect that are fitted
 HALF = 0.5  # share of the record up to which all go
 HORIZONS = (0.15, 0.3, HALF, 0.7, 1.0)  # shares of the fitted part: a phase must not slip
+PERIODS = 2.0  # of the first mode that a share must hold
 WORTH = 0.4  # of the best one's gain by half of the record, with which a search goes on
 LEAST = 0.02  # of the misfit beyond noise there, that it gains
+TOLD = (
+    20.0  # misfit that the best one gains there at least; less, and half does not tell them apart
+)
 CLOSE = 3.0  # misfit that a last look of a search gains; what is found is sharpened
-CLOSELY, CLOSER = 1e-5, 3e-4  # the same as a share: of an effect that is marched, and of others
+CLOSELY, LOOSELY = 1e-5, 3e-4  # the same as a share: of an effect that is marched, and beside one
 LOOKS, CHEAP = 10, 30  # of a search, at most: with forces to march, and without
 
 
@@ -61,9 +65,14 @@ def begun(one: Try) -> Begun:
     """The search on the first shares of the record."""
     start, effect = one.start, one.effect
     begins = [one.begins[i] for i in unlike(effect, one.begins, one.promise)]
-    changes = tangents(start, effect, begins) if effect.scales else [None] * len(begins)
-    places = outsets(start, one.law, [(effect, begins, changes)])[: one.runners]
-    first = [h for h in one.horizons if h <= HALF] if effect.marched else []
+    if effect.scales:
+        places = outsets(start, one.law, [begin(start, effect, begins)])[: one.runners]
+    else:
+        some = begins[: one.runners]
+        places = np.array([extend(start, (effect,), [theta])[1] for theta in some])
+    setting = start.law.setting
+    least = PERIODS * 2 * np.pi / (setting.omega[0] * setting.duration)
+    first = [h for h in one.horizons if least < h <= HALF] if effect.marched else []
     if not first:
         return Begun(places, np.nan)
     walks = walked(one.law, places, first, LOOKS)
@@ -80,14 +89,15 @@ def ended(one: Try, begun: Begun) -> TimeFit:
         begun.places,
         rest,
         evaluations=LOOKS if marched else CHEAP,
-        close=(CLOSELY if effect.marched else CLOSER, CLOSE) if marched else (CLOSELY, 0.0),
+        close=(CLOSELY if effect.marched else LOOSELY, CLOSE) if marched else (CLOSELY, 0.0),
     )
     return across(found) if effect.force else found
 
 
 def worth(tries: list[Try]) -> list[tuple[Try, Begun]]:
     """The searches that are worth their end, with where they stand: those that by half of the
-    record gain a fair share of what the best one from the same fit does.
+    record gain a fair share of what the best one from the same fit does. What is not marched has
+    not begun, and goes on.
     """
     stand = in_step_by_halves([partial(begun, one) for one in tries])
     least = {}
@@ -101,6 +111,8 @@ def worth(tries: list[Try]) -> list[tuple[Try, Begun]]:
             return True
         was = before[one.start]
         most, over = was - least[one.start], was - HALF * one.start.samples
+        if most < TOLD:
+            return True
         return was - now.misfit >= max(WORTH * most, LEAST * over)
 
     return [pair for pair in zip(tries, stand, strict=True) if goes_on(*pair)]

@@ -51,6 +51,11 @@ def _bounds(law: Law):
     return np.r_[low, -wide, effect_low], np.r_[high, wide, effect_high]
 
 
+def within(law: Law, P: np.ndarray) -> np.ndarray:
+    """Parameters P (B, p), those beyond a bound put on it."""
+    return np.clip(P, *_bounds(law))
+
+
 def _steps(law: Law) -> np.ndarray:
     a, b, c = law.sizes()
     return np.r_[np.full(a, 1e-6), np.full(b, 1e-5 * law.setting.amplitude), np.full(c, 1e-5)]
@@ -205,11 +210,14 @@ def screen(found: TimeFit, effect: Effect, thetas: list) -> np.ndarray:
     """Gain in chi2 that each start promises: a score test off the fitted law's tangents (n,).
 
     The residual's change by the effect, scaled as it likes (Rao, Linear Statistical Inference,
-    1973, 6e).
+    1973, 6e); the more promising way of one that acts either way.
     """
-    change = beyond(found, changes(found, effect, thetas))
+    ways = (1.0, -1.0) if effect.scales else (1.0,)
+    signed = [(way * t[0], *t[1:]) if effect.scales else t for way in ways for t in thetas]
+    change = beyond(found, changes(found, effect, signed))
     power = (change**2).sum(axis=1)
-    return (change @ found.residuals) ** 2 / np.where(power > 0, power, np.inf)
+    gain = (change @ found.residuals) ** 2 / np.where(power > 0, power, np.inf)
+    return gain.reshape(len(ways), -1).max(axis=0)
 
 
 def changes(found: TimeFit, effect: Effect, thetas: list) -> np.ndarray:

@@ -15,7 +15,7 @@ from .effects import TIME_EFFECTS
 from .effects.further_mode import ran_off
 from .in_step import in_step
 from .law import TimeFit, replace
-from .outset import outsets, tangents
+from .outset import begin, outsets
 from .race import raced, unlike
 from .refit import turned
 from .residual import NOISY
@@ -80,23 +80,25 @@ def _of_the_library(start: TimeFit) -> list[Candidate]:
         return []
     known = [one for one in entries(start, TIME_EFFECTS) if one.promise.max() > PROMISE]
     strengths = [[o.begins[i] for i in unlike(o.effect, o.begins, o.promise)] for o in known]
-    raw = in_step(
-        [partial(tangents, start, o.effect, s) for o, s in zip(known, strengths, strict=True)]
+    some = in_step(
+        [partial(begin, start, o.effect, t) for o, t in zip(known, strengths, strict=True)]
     )
-    own = [beyond(start, change) for change in raw]
+    own = [
+        beyond(start, np.vstack([one.there + one.tangent, one.there - one.tangent])) for one in some
+    ]
     twos = []
     for i, j in combinations(range(len(known)), 2):
         effects = known[i].effect, known[j].effect
         if effects[0].name != effects[1].name:
             gain = _joint_score(own[i], own[j], start.residuals)
-            twos.append((gain, effects, [(known[n].effect, strengths[n], raw[n]) for n in (i, j)]))
+            twos.append((gain, effects, [some[i], some[j]]))
     twos = sorted(twos, key=lambda two: -two[0])[:TWOS]
 
     def begun(effects, begins):
         law = raced(start, *effects)
         starts = outsets(start, law, begins)
-        some = [p for p, _, _ in walked(law, starts, HORIZONS[:1], LOOKS, WALKS[0])]
-        return walked(law, some, HORIZONS[1:2], LOOKS, WALKS[1])
+        places = [p for p, _, _ in walked(law, starts, HORIZONS[:1], LOOKS, WALKS[0])]
+        return walked(law, places, HORIZONS[1:2], LOOKS, WALKS[1])
 
     walks = in_step_by_halves([partial(begun, effects, begins) for _, effects, begins in twos])
     order = sorted(range(len(twos)), key=lambda n: walks[n][0][2])

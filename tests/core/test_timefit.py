@@ -15,6 +15,7 @@ from core.data import RingDown
 from core.diagnosis import _add_second
 from core.effects import (
     air_drag,
+    asymmetric_stiffness,
     base_motion,
     contact,
     dry_friction,
@@ -29,7 +30,7 @@ from core.effects.base import FINE
 from core.foils import weakens, weakens_rather
 from core.law import bounds
 from core.linear_part import solve
-from core.outset import outsets, tangents
+from core.outset import begin, outsets
 from core.race import Try, race, worth
 from core.refit import turned
 from core.settle import astray
@@ -175,15 +176,34 @@ def test_the_best_of_two_starts_is_found_whichever_comes_first():
     assert best_fit(law, starts[::-1]).chi2 == pytest.approx(min(alone), rel=1e-9)
 
 
-@pytest.mark.parametrize("shift", [0.01, -0.01])
-def test_a_search_begins_the_way_that_what_is_left_asks_for(shift):
-    found = declared(channels(moved(Backbone(shift, 0.0))))
-    effect, starts = large_amplitude.EFFECT, [(0.03, 0.0)]
+class Uneven:
+    """A spring stiffer by `more` on one side, by as much softer on the other."""
+
+    def __init__(self, more):
+        self.more = more
+
+    def pull(self, x, v, t, h):
+        return -(W**2) * self.more * abs(x)
+
+
+@pytest.mark.parametrize(
+    ("effect", "force", "asked"),
+    [
+        (large_amplitude.EFFECT, Backbone(0.01, 0.0), 0.01),
+        (large_amplitude.EFFECT, Backbone(-0.01, 0.0), -0.01),
+        (asymmetric_stiffness.EFFECT, Uneven(0.03), 0.03),
+        (asymmetric_stiffness.EFFECT, Uneven(-0.03), -0.03),
+    ],
+)
+def test_a_search_begins_the_way_that_what_is_left_asks_for(effect, force, asked):
+    found = declared(channels(moved(force)))
+    starts = effect.starts(found.law.setting, None)[:1]
     law = one_more(found, effect)
-    begin = outsets(found, law, [(effect, starts, tangents(found, effect, starts))])[0]
-    assert 0.1 < begin[-2] / shift < 1.0  # the rest turns with it, so the way there is bent
-    asked, nominal = misfits(law, np.array([begin, [*found.parameters, *starts[0]]]))
-    assert asked < found.chi2 - 50 < nominal
+    there = outsets(found, law, [begin(found, effect, starts)])[0]
+    assert 0.1 < there[-2] / asked < 1.5  # the rest turns with it, so the way there is bent
+    after, nominal = misfits(law, np.array([there, [*found.parameters, *starts[0]]]))
+    assert after < found.chi2 - 50
+    assert after < nominal
 
 
 def one_more(found, effect):
