@@ -20,22 +20,30 @@ SMALL = 0.01  # of a strength, at which what it changes goes with it
 
 @dataclass(frozen=True, eq=False)
 class Begin:
-    """Where an effect may begin, and what the residuals do there."""
+    """Where an effect may begin, and what the residuals do there that the fit cannot take up."""
 
     effect: Effect
     thetas: list
-    there: np.ndarray  # (n, R) change by what does not go with the strength
-    tangent: np.ndarray  # (n, R) change by each theta, as if it went with the strength
+    there: np.ndarray  # (n, R) what does not go with the strength
+    tangent: np.ndarray  # (n, R) what does, as if it went with it all the way
+    taken: np.ndarray  # (2, n, p) by how much the fit's own parameters move against either
 
 
 def begin(found: TimeFit, effect: Effect, thetas: list) -> Begin:
     """The effect at each of `thetas`, beside a fit."""
-    if not effect.scales:
+    if effect.scales:
+        ways = [[(way * SMALL * t[0], *t[1:]) for t in thetas] for way in (1, -1)]
+        one, other = (changes(found, effect, some) for some in ways)
+        parts = (one + other) / 2, (one - other) / (2 * SMALL)
+    else:
         change = changes(found, effect, thetas)
-        return Begin(effect, thetas, change, np.zeros_like(change))
-    ways = [[(way * SMALL * t[0], *t[1:]) for t in thetas] for way in (1, -1)]
-    one, other = (changes(found, effect, some) for some in ways)
-    return Begin(effect, thetas, (one + other) / 2, (one - other) / (2 * SMALL))
+        parts = change, np.zeros_like(change)
+    whole = np.concatenate(parts)
+    scale = np.linalg.norm(found.jacobian, axis=0)
+    scale = np.where(scale > 0, scale, 1.0)
+    taken = np.linalg.lstsq(found.jacobian / scale, -whole.T, rcond=1e-10)[0].T / scale
+    there, tangent = beyond(found, whole).reshape(2, len(thetas), -1)
+    return Begin(effect, thetas, there, tangent, taken.reshape(2, len(thetas), -1))
 
 
 def outsets(found: TimeFit, law: Law, some: list[Begin]) -> np.ndarray:
@@ -59,17 +67,15 @@ def _asked(found: TimeFit, law: Law, some: list[Begin], choice: tuple[int, ...])
     able = [i for i, effect in enumerate(effects) if effect.scales]
     if not able:
         return nominal[None]
-    there = sum(one.there[n] for one, n in zip(some, choice, strict=True))
+    picked = list(zip(some, choice, strict=True))
+    rest = found.residuals + sum(one.there[n] for one, n in picked)
     tangent = np.array([some[i].tangent[choice[i]] for i in able])
-    rest = found.residuals + beyond(found, there[None])[0]
-    times = -np.linalg.lstsq(beyond(found, tangent).T, rest, rcond=1e-10)[0]
+    times = -np.linalg.lstsq(tangent.T, rest, rcond=1e-10)[0]
     own = np.array([thetas[i][0] for i in able])
     low, high = (np.array([getattr(effects[i], side)[0] for i in able]) for side in ("low", "high"))
     strengths = np.clip(np.outer(PARTS, times * own), low, high)
-    scale = np.linalg.norm(found.jacobian, axis=0)
-    scale = np.where(scale > 0, scale, 1.0)
-    change = there + strengths / own @ tangent
-    moved = np.linalg.lstsq(found.jacobian / scale, -change.T, rcond=1e-10)[0].T / scale
+    moved = sum(one.taken[0, n] for one, n in picked)
+    moved = moved + strengths / own @ np.array([some[i].taken[1, choice[i]] for i in able])
     firsts = len(nominal) - np.cumsum([len(theta) for theta in thetas][::-1])[::-1]
     tries = np.tile(nominal, (1 + len(PARTS), 1))
     tries[1:, : len(found.parameters)] += moved

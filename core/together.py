@@ -30,7 +30,7 @@ from .time_layer import (
     refuted,
     seconds,
 )
-from .timefit import best_fit, beyond, walked
+from .timefit import best_fit, walked
 
 BEAM = 4  # single effects that a second one is sought beside
 FEW = 2  # modes: with more, so many places tie that the first swings tell nothing
@@ -83,9 +83,7 @@ def _of_the_library(start: TimeFit) -> list[Candidate]:
     some = in_step(
         [partial(begin, start, o.effect, t) for o, t in zip(known, strengths, strict=True)]
     )
-    own = [
-        beyond(start, np.vstack([one.there + one.tangent, one.there - one.tangent])) for one in some
-    ]
+    own = [np.vstack([one.there + one.tangent, one.there - one.tangent]) for one in some]
     twos = []
     for i, j in combinations(range(len(known)), 2):
         effects = known[i].effect, known[j].effect
