@@ -1,13 +1,16 @@
 """Modes of the body that the recording shows beside the matched ones."""
 
+from functools import partial
+
 import numpy as np
 
 from .baseline import real_shapes
 from .body import Body
 from .channels import Channels
 from .data import RingDown, poles
-from .effects.further_mode import further_mode, is_a_mode
+from .effects.further_mode import further_mode, heard_anew, is_a_mode
 from .harmonic_inversion import invert
+from .in_step import in_step
 from .law import TimeFit
 from .match import ACROSS, HARMONIC, SPLIT, Match, mac
 from .residual import QUIET
@@ -58,17 +61,37 @@ def with_further(
             effects += [further_mode(f, z, found.law.loaded_alike(take)) for f, z in heard]
         if not effects:
             break
-        place = len(found.law.effects) if at is None else at
-        wider = _fitted(found, effects, place)
-        kept = [e for e, theta in zip(effects, wider.theta[place:], strict=False)
-                if is_a_mode(e, theta[0])]  # fmt: skip
-        if kept and len(kept) < len(effects):
-            wider = _fitted(found, kept, place)
+        wider, kept = _staying(found, effects, len(found.law.effects) if at is None else at)
         price = (wider.unknowns - found.unknowns) * np.log(wider.samples)
-        if not kept or found.chi2 - wider.chi2 < price + EVIDENCE * len(kept):
+        if not kept or found.chi2 - wider.chi2 < price + EVIDENCE * kept:
             break
         found = wider
     return found
+
+
+def _staying(found: TimeFit, effects: list, at: int) -> tuple[TimeFit, int]:
+    """The fit with those of the modes that stay what they are, and how many those are.
+
+    Heard in what a fit leaves that lacks them, their pitches are off: what reaches a bound is given
+    another span. What runs off beside others all the same may stay alone, and do more than they.
+    """
+
+    def stay(some, fitted):
+        return [e for e, theta in zip(some, fitted.theta[at:], strict=False)
+                if is_a_mode(e, theta[0])]  # fmt: skip
+
+    wider = _fitted(found, effects, at)
+    anew = [heard_anew(e, theta[0]) for e, theta in zip(effects, wider.theta[at:], strict=False)]
+    if anew != effects:
+        effects, wider = anew, _fitted(found, anew, at)
+    kept = stay(effects, wider)
+    if len(kept) == len(effects):
+        return wider, len(kept)
+    sets = [[e] for e in effects if e not in kept] if len(effects) > 1 else []
+    sets += [kept] if kept else []
+    fits = in_step([partial(_fitted, found, some, at) for some in sets])
+    able = [(f, len(some)) for f, some in zip(fits, sets, strict=True) if stay(some, f) == some]
+    return min(able, key=lambda one: one[0].chi2, default=(found, 0))
 
 
 def _fitted(found: TimeFit, effects: list, at: int) -> TimeFit:

@@ -6,12 +6,15 @@ Looks like  an overtone or a combination tone when its pitch happens to be there
 Source      Ewins, Modal Testing (2000), 4.4: residual modes
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from .base import Effect, of_takes, ring
 
 STRAY = 0.05  # relative, that its pitch may move
 LIGHT, DAMPED = 1e-4, 0.4  # damping ratio, at least and at most
+EDGE = 0.98  # of that, from which it is at the bound
 TIMES = 3.0  # what it was heard with, that its damping ratio may be
 LAYER = "mode"
 
@@ -54,7 +57,15 @@ def is_further(effect: Effect) -> bool:
 
 def is_a_mode(effect: Effect, theta: np.ndarray) -> bool:
     """Whether it stayed clear of what it may be: at the bounds it takes up something else."""
-    return abs(theta[0]) < 0.98 * STRAY and 2 * LIGHT < theta[1] < 0.95 * effect.high[1]
+    return abs(theta[0]) < EDGE * STRAY and 2 * LIGHT < theta[1] < 0.95 * effect.high[1]
+
+
+def heard_anew(effect: Effect, theta: np.ndarray) -> Effect:
+    """The mode, heard where a fit moved it to if that is the bound of its pitch."""
+    if abs(theta[0]) < EDGE * STRAY:
+        return effect
+    anew = further_mode(pitch_of(effect, theta), max(theta[1], 3 * LIGHT))
+    return replace(anew, channels=effect.channels)
 
 
 def ran_off(found) -> bool:

@@ -142,6 +142,17 @@ def test_a_further_mode_is_one_while_it_keeps_clear_of_its_bounds():
     assert further_mode.ran_off(found)
 
 
+def test_a_mode_whose_pitch_reaches_its_bound_is_heard_there_anew():
+    loaded = object()
+    mode = further_mode.further_mode(8.0, 0.02, (loaded,))
+    anew = further_mode.heard_anew(mode, np.array([-0.05, 0.03]))
+    pitch = further_mode.pitch_of(anew, np.zeros(2))
+    assert pitch == pytest.approx(8.0 * np.exp(-0.05))
+    assert anew.starts(None, None) == [(0.0, 0.03)]
+    assert not anew.channels(setting(), SimpleNamespace(sigma=np.ones(3), take=object())).any()
+    assert further_mode.heard_anew(mode, np.array([0.01, 0.03])) is mode
+
+
 def test_a_mode_of_one_load_is_seen_in_takes_with_that_load_only():
     loaded, bare = object(), object()
     mode = further_mode.further_mode(8.0, 0.02, (loaded,))
