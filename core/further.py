@@ -87,10 +87,14 @@ def _staying(found: TimeFit, effects: list, at: int) -> tuple[TimeFit, int]:
     kept = stay(effects, wider)
     if len(kept) == len(effects):
         return wider, len(kept)
-    sets = [[e] for e in effects if e not in kept] if len(effects) > 1 else []
-    sets += [kept] if kept else []
+    alone = [[e] for e in effects if e not in kept and len(effects) > 1]
+    sets = alone + [kept] * bool(kept)
     fits = in_step([partial(_fitted, found, some, at) for some in sets])
-    able = [(f, len(some)) for f, some in zip(fits, sets, strict=True) if stay(some, f) == some]
+    able = [
+        (one, len(some))
+        for one, some in zip(fits, sets, strict=True)
+        if some is kept or stay(some, one)
+    ]
     return min(able, key=lambda one: one[0].chi2, default=(found, 0))
 
 
