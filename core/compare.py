@@ -11,7 +11,7 @@ import numpy as np
 
 from .match import PAIR
 
-PITCH_FLOOR = 0.005  # relative error of a computed pitch that convergence does not see
+PITCH_FLOOR = 0.003  # relative error of a computed pitch that convergence does not see
 SHAPE_FLOOR = 0.02  # of a shape's largest entry
 PIECES = 6.0  # independent pieces of evidence in one shape, however many channels show it
 DEPENDENT = 1e-12  # squared sine below which two modes look the same

@@ -17,6 +17,7 @@ from .joint import Heard
 from .law import TimeFit
 from .tell import inflation, parameters
 
+UNSURE = 2.0  # of a pitch's standard deviation, by which it is off: a faint pole may be two modes
 LOUD = 0.3  # of the strongest mode's motion, rms, from which one that was not matched counts
 SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
@@ -47,7 +48,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     at = [*range(final.law.modes), *(one.at for one in further)]
     spread = np.sqrt(np.maximum(np.diag(final.covariance)[at], 0) * inflation(final))
     bias = BIASED * max(_moved(final, verdict.damped), _bent(final))
-    error = np.sqrt(spread**2 + bias**2 + (0.5 * model_error) ** 2 + PITCH_FLOOR**2)
+    error = np.sqrt((UNSURE * spread) ** 2 + bias**2 + (0.5 * model_error) ** 2 + PITCH_FLOOR**2)
     middle, pair = split_modes.middle(final), final.law.setting.pair
     error[pair] = np.hypot(error[pair], split_modes.doubt(final))
     pitches = np.r_[true_frequency(heard, final), [one.frequency for one in further]]

@@ -465,3 +465,17 @@ def test_what_is_declared_is_in_the_model_and_not_named(kind, seed, tmp_path):
     assert report["diagnosis"]["verdict"] == "adequate" and not report["diagnosis"]["effects"]
     assert [row["added"] for row in report["error"]["chain"]] == [None]
     assert report["error"]["before"] < 1.1 * report["error"]["floor"]
+
+
+@pytest.mark.slow
+def test_well_measured_pitches_a_per_cent_apart_tell_another_poisson_ratio(tmp_path):
+    make("poisson_ratio", 40353, tmp_path)
+    diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
+    assert [e["name"] for e in diagnosis["effects"]] == ["poisson_ratio"]
+
+
+@pytest.mark.slow
+def test_the_pitch_of_a_faint_mode_names_no_change_of_the_body(tmp_path):
+    make("null", 40358, tmp_path)  # two close ones, a thousandth of the loudest, taken for one
+    diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
+    assert diagnosis["verdict"] == "adequate"
