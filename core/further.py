@@ -1,7 +1,5 @@
 """Modes of the body that the recording shows beside the matched ones."""
 
-from functools import partial
-
 import numpy as np
 
 from .baseline import real_shapes
@@ -10,7 +8,6 @@ from .channels import Channels
 from .data import RingDown, poles
 from .effects.further_mode import further_mode, heard_anew, is_a_mode
 from .harmonic_inversion import invert
-from .in_step import in_step
 from .law import TimeFit
 from .match import ACROSS, HARMONIC, SPLIT, Match, mac
 from .residual import QUIET
@@ -72,30 +69,18 @@ def with_further(
 def _staying(found: TimeFit, effects: list, at: int) -> tuple[TimeFit, int]:
     """The fit with those of the modes that stay what they are, and how many those are.
 
-    Heard in what a fit leaves that lacks them, their pitches are off: what reaches a bound is given
-    another span. What runs off beside others all the same may stay alone, and do more than they.
+    Heard in what a fit without them leaves, their pitches are off: one that reaches its bound is
+    heard anew there.
     """
-
-    def stay(some, fitted):
-        return [e for e, theta in zip(some, fitted.theta[at:], strict=False)
-                if is_a_mode(e, theta[0])]  # fmt: skip
-
     wider = _fitted(found, effects, at)
     anew = [heard_anew(e, theta[0]) for e, theta in zip(effects, wider.theta[at:], strict=False)]
     if anew != effects:
         effects, wider = anew, _fitted(found, anew, at)
-    kept = stay(effects, wider)
-    if len(kept) == len(effects):
-        return wider, len(kept)
-    alone = [[e] for e in effects if e not in kept and len(effects) > 1]
-    sets = alone + [kept] * bool(kept)
-    fits = in_step([partial(_fitted, found, some, at) for some in sets])
-    able = [
-        (one, len(some))
-        for one, some in zip(fits, sets, strict=True)
-        if some is kept or stay(some, one)
-    ]
-    return min(able, key=lambda one: one[0].chi2, default=(found, 0))
+    kept = [e for e, theta in zip(effects, wider.theta[at:], strict=False)
+            if is_a_mode(e, theta[0])]  # fmt: skip
+    if kept and len(kept) < len(effects):
+        wider = _fitted(found, kept, at)
+    return wider, len(kept)
 
 
 def _fitted(found: TimeFit, effects: list, at: int) -> TimeFit:

@@ -24,6 +24,8 @@ HORIZONS = (0.15, 0.3, HALF, 0.7, 1.0)  # shares of the fitted part: a phase mus
 PERIODS = 2.0  # of the first mode that a share must hold
 WORTH = 0.4  # of the best one's gain by half of the record, with which a search goes on
 LEAST = 0.02  # of the misfit beyond noise there, that it gains
+ABLE = 0.5  # of what two effects must tell, that they tell by half of the record
+SPREAD = 0.25  # of it, at least, that stands in that half, or this tells nothing
 TOLD = (
     20.0  # misfit that the best one gains there at least; less, and half does not tell them apart
 )
@@ -94,21 +96,32 @@ def ended(one: Try, begun: Begun) -> TimeFit:
     return across(found) if effect.force else found
 
 
-def worth(tries: list[Try]) -> list[tuple[Try, Begun]]:
+def worth(tries: list[Try], bare: TimeFit | None = None) -> list[tuple[Try, Begun]]:
     """The searches that are worth their end, with where they stand: those that by half of the
     record gain a fair share of what the best one from the same fit does. What is not marched has
     not begun, and goes on.
+
+    bare: the fit without either effect where two are to tell all that it leaves.
     """
     stand = in_step_by_halves([partial(begun, one) for one in tries])
     least = {}
     for one, now in zip(tries, stand, strict=True):
         if np.isfinite(now.misfit):
             least[one.start] = min(now.misfit, least.get(one.start, np.inf))
-    before = dict(zip(least, in_step([partial(_half, start) for start in least]), strict=True))
+    starts = list(dict.fromkeys([*least, *([bare] if bare and least else [])]))
+    before = dict(zip(starts, in_step([partial(_half, start) for start in starts]), strict=True))
+
+    def tells(now):
+        if bare is None:
+            return True
+        over, whole = before[bare] - HALF * bare.samples, bare.chi2 - bare.samples
+        return over < SPREAD * whole or before[bare] - now.misfit > ABLE * over
 
     def goes_on(one, now):
         if not np.isfinite(now.misfit):
             return True
+        if not tells(now):
+            return False
         was = before[one.start]
         most, over = was - least[one.start], was - HALF * one.start.samples
         if most < TOLD:

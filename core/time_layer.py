@@ -116,13 +116,15 @@ def singles(start: TimeFit, against: TimeFit | None = None) -> list[Candidate]:
     return _again([(_ranked(best), chosen, against or start)])[0]
 
 
-def seconds(firsts: list[Candidate], against: list[TimeFit]) -> list[list[Candidate]]:
+def seconds(
+    firsts: list[Candidate], against: list[TimeFit], bare: TimeFit | None = None
+) -> list[list[Candidate]]:
     """For each of the `firsts` the candidates that a second effect makes of it, best first.
 
-    against: fits that these are compared with.
+    against: fits that these are compared with. bare: see `worth`.
     """
     chosen = in_step([partial(_chosen, first.found, BESIDE) for first in firsts])
-    done = iter(_tried([one for some in chosen for one in some]))
+    done = iter(_tried([one for some in chosen for one in some], bare))
     out = []
     for first, some, declared in zip(firsts, chosen, against, strict=True):
         best = {}
@@ -191,9 +193,9 @@ def _chosen(start: TimeFit, most: int) -> list[Try]:
     return out
 
 
-def _tried(tries: list[Try]) -> list:
+def _tried(tries: list[Try], bare: TimeFit | None = None) -> list:
     """(Try, fit or None where it is vetoed or not worth its end, whether it is outdone) of each."""
-    going = worth(tries)
+    going = worth(tries, bare)
 
     def tried(one, begins):
         found = ended(one, begins)

@@ -63,7 +63,7 @@ def _beside(start: TimeFit, ranked: list[Candidate]):
     first = [single for single in ranked[:BEAM] if single.evidence >= EVIDENCE]
     found = [
         (single, candidate)
-        for single, some in zip(first, seconds(first, [start] * len(first)), strict=True)
+        for single, some in zip(first, seconds(first, [start] * len(first), start), strict=True)
         for candidate in some
         # more freedom cannot fit worse: else the search went astray
         if not candidate.outdone and candidate.found.chi2 <= single.found.chi2

@@ -229,6 +229,15 @@ def test_a_search_that_falls_behind_by_half_of_the_record_is_not_ended():
     assert "air_drag" not in names
 
 
+def test_a_second_effect_that_tells_little_by_half_of_the_record_is_not_ended_where_two_must_tell():
+    found = declared(channels(moved(Rub(0.05, 0.02))))
+    beside = race(tried(found, stiffness_drift.EFFECT))
+    drag, rub = tried(beside, air_drag.EFFECT), tried(beside, dry_friction.EFFECT)
+    assert [one for one, _ in worth([drag])] == [drag]  # none from there does better
+    assert worth([drag], found) == []
+    assert [one for one, _ in worth([drag, rub], found)] == [rub]
+
+
 def test_a_hard_stop_is_searched_in_fine_steps_and_found():
     found = raced(declared(channels(moved(Stop(0.5, 6.0)))), contact.ABOVE)
     assert found.law.setting.steps == FINE
