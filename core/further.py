@@ -6,7 +6,7 @@ from .baseline import real_shapes
 from .body import Body
 from .channels import Channels
 from .data import RingDown, poles
-from .effects.further_mode import further_mode, heard_anew, is_a_mode
+from .effects.further_mode import further_mode, heard_anew, is_a_mode, pitch_of
 from .harmonic_inversion import invert
 from .law import TimeFit
 from .match import ACROSS, HARMONIC, SPLIT, Match, mac
@@ -70,17 +70,35 @@ def _staying(found: TimeFit, effects: list, at: int) -> tuple[TimeFit, int]:
     """The fit with those of the modes that stay what they are, and how many those are.
 
     Heard in what a fit without them leaves, their pitches are off: one that reaches its bound is
-    heard anew there.
+    heard anew there, if it stays clear of all that is known and brings what a mode must.
     """
+
+    def with_those(some, fitted, stay):
+        kept = [e for e, theta in zip(some, fitted.theta[at:], strict=False) if stay(e, theta[0])]
+        if len(kept) == len(some):
+            return fitted, len(kept)
+        return (_fitted(found, kept, at) if kept else found), len(kept)
+
     wider = _fitted(found, effects, at)
-    anew = [heard_anew(e, theta[0]) for e, theta in zip(effects, wider.theta[at:], strict=False)]
-    if anew != effects:
-        effects, wider = anew, _fitted(found, anew, at)
-    kept = [e for e, theta in zip(effects, wider.theta[at:], strict=False)
-            if is_a_mode(e, theta[0])]  # fmt: skip
-    if kept and len(kept) < len(effects):
-        wider = _fitted(found, kept, at)
-    return wider, len(kept)
+    thetas = [theta[0] for theta in wider.theta[at : at + len(effects)]]
+    best, count = with_those(effects, wider, is_a_mode)
+    anew = [heard_anew(e, theta) for e, theta in zip(effects, thetas, strict=True)]
+    if anew == effects:
+        return best, count
+    again = _fitted(found, anew, at)
+    pitches = [pitch_of(e, theta[0]) for e, theta in zip(anew, again.theta[at:], strict=False)]
+    known = [f for take in range(len(found.law.fitted))
+             for f in _pitches(again.law, again.parameters, take)]  # fmt: skip
+
+    def stays(e, theta):
+        f = pitch_of(e, theta)
+        own = e in effects or _clear(f, known + [g for g in pitches if g != f], False)
+        return is_a_mode(e, theta) and own
+
+    other, more = with_those(anew, again, stays)
+    price = (other.unknowns - best.unknowns) * np.log(found.samples)
+    price += EVIDENCE * max(more - count, 0)
+    return (other, more) if more and best.chi2 - other.chi2 > max(price, 0.0) else (best, count)
 
 
 def _fitted(found: TimeFit, effects: list, at: int) -> TimeFit:

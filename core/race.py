@@ -14,6 +14,7 @@ from .in_step import in_step
 from .law import TRUST, Law, TimeFit
 from .outset import begin, outsets
 from .pair import across
+from .residual import NOISY
 from .side_by_side import in_step_by_halves
 from .simulate import COARSE
 from .timefit import best_fit, extend, walked
@@ -22,10 +23,9 @@ RUNNERS = 2  # starting places of an effect that are fitted
 HALF = 0.5  # share of the record up to which all go
 HORIZONS = (0.15, 0.3, HALF, 0.7, 1.0)  # shares of the fitted part: a phase must not slip
 PERIODS = 2.0  # of the first mode that a share must hold
-WORTH = 0.4  # of the best one's gain by half of the record, with which a search goes on
+WORTH = 0.4  # of the best one's gain by half of the record, or of what two effects must tell there
 LEAST = 0.02  # of the misfit beyond noise there, that it gains
-ABLE = 0.5  # of what two effects must tell, that they tell by half of the record
-SPREAD = 0.25  # of it, at least, that stands in that half, or this tells nothing
+EARLY = 0.25  # of all that two effects must tell, from which half of the record shows whether
 TOLD = (
     20.0  # misfit that the best one gains there at least; less, and half does not tell them apart
 )
@@ -101,7 +101,8 @@ def worth(tries: list[Try], bare: TimeFit | None = None) -> list[tuple[Try, Begu
     record gain a fair share of what the best one from the same fit does. What is not marched has
     not begun, and goes on.
 
-    bare: the fit without either effect where two are to tell all that it leaves.
+    bare: the fit without either effect where two are to tell all that it leaves beyond noise; what
+    tells too little of that by half of the record does not go on, where enough of it stands there.
     """
     stand = in_step_by_halves([partial(begun, one) for one in tries])
     least = {}
@@ -114,8 +115,9 @@ def worth(tries: list[Try], bare: TimeFit | None = None) -> list[tuple[Try, Begu
     def tells(now):
         if bare is None:
             return True
-        over, whole = before[bare] - HALF * bare.samples, bare.chi2 - bare.samples
-        return over < SPREAD * whole or before[bare] - now.misfit > ABLE * over
+        over = before[bare] - NOISY * HALF * bare.samples
+        whole = bare.chi2 - NOISY * bare.samples
+        return over < max(EARLY * whole, TOLD) or before[bare] - now.misfit > WORTH * over
 
     def goes_on(one, now):
         if not np.isfinite(now.misfit):

@@ -13,8 +13,8 @@ import numpy as np
 from .base import Effect, of_takes, ring
 
 STRAY = 0.05  # relative, that its pitch may move
-LIGHT, DAMPED = 1e-4, 0.4  # damping ratio, at least and at most
 EDGE = 0.98  # of that, from which it is at the bound
+LIGHT, DAMPED = 1e-4, 0.4  # damping ratio, at least and at most
 TIMES = 3.0  # what it was heard with, that its damping ratio may be
 LAYER = "mode"
 
@@ -61,11 +61,14 @@ def is_a_mode(effect: Effect, theta: np.ndarray) -> bool:
 
 
 def heard_anew(effect: Effect, theta: np.ndarray) -> Effect:
-    """The mode, heard where a fit moved it to if that is the bound of its pitch."""
+    """The mode, heard where a fit moved it to if that is the bound of its pitch; its damping keeps
+    the bound that it has.
+    """
     if abs(theta[0]) < EDGE * STRAY:
         return effect
-    anew = further_mode(pitch_of(effect, theta), max(theta[1], 3 * LIGHT))
-    return replace(anew, channels=effect.channels)
+    damping_ratio = np.clip(theta[1], 2 * LIGHT, effect.high[1] / 2)
+    anew = further_mode(pitch_of(effect, theta), damping_ratio)
+    return replace(anew, channels=effect.channels, high=(STRAY, effect.high[1]))
 
 
 def ran_off(found) -> bool:

@@ -238,6 +238,13 @@ def test_a_second_effect_that_tells_little_by_half_of_the_record_is_not_ended_wh
     assert [one for one, _ in worth([drag, rub], found)] == [rub]
 
 
+def test_where_noise_is_most_of_what_is_left_half_of_the_record_tells_nothing():
+    found = declared(channels(moved(Rub(0.002, 0.02)), sigma=0.9 * NOISE))
+    assert found.chi2 > 1.2 * found.samples
+    rub = tried(race(tried(found, stiffness_drift.EFFECT)), dry_friction.EFFECT)
+    assert [one for one, _ in worth([rub], found)] == [rub]
+
+
 def test_a_hard_stop_is_searched_in_fine_steps_and_found():
     found = raced(declared(channels(moved(Stop(0.5, 6.0)))), contact.ABOVE)
     assert found.law.setting.steps == FINE

@@ -1,0 +1,40 @@
+"""A further mode that was heard off its pitch, beside one mode that is known."""
+
+import numpy as np
+import pytest
+
+from core.effects.further_mode import further_mode, pitch_of
+from core.further import _staying
+from tests.core.test_simulate import AMPLITUDE
+from tests.core.test_timefit import TIME, W, channels, declared, moved
+
+FIRST = W / (2 * np.pi)  # Hz
+OTHER = np.array([0.3, -0.5, 0.8, 0.6])  # how the markers show the further mode
+
+
+def sounding(times, zeta=0.03):
+    """The known mode with a further one `times` as high, found without the latter."""
+    w = times * W
+    wave = np.exp(-zeta * w * TIME) * np.cos(w * np.sqrt(1 - zeta**2) * TIME + 0.7)
+    return declared(channels(moved() + 0.3 * AMPLITUDE * np.outer(wave, OTHER)))
+
+
+@pytest.mark.parametrize("heard", [2.5, 2.64, 2.36])
+def test_a_mode_is_found_where_it_is_though_it_was_heard_beside(heard):
+    found, count = _staying(sounding(2.5), [further_mode(heard * FIRST, 0.03)], 0)
+    assert count == 1
+    pitch = pitch_of(found.law.effects[0], found.theta[0][0])
+    assert pitch == pytest.approx(2.5 * FIRST, rel=2e-3)
+    assert found.chi2 < 1.1 * found.samples
+
+
+def test_what_turns_out_an_overtone_is_no_mode():
+    bare = sounding(2.0)
+    found, count = _staying(bare, [further_mode(2.15 * FIRST, 0.03)], 0)
+    assert count == 0
+    assert found is bare
+
+
+def test_the_damping_of_a_mode_that_is_heard_anew_keeps_its_bound():
+    found, count = _staying(sounding(2.38, 0.075), [further_mode(2.6 * FIRST, 0.02)], 0)
+    assert count == 0
