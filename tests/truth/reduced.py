@@ -13,6 +13,8 @@ from scipy import linalg
 
 from . import bodies
 
+SAME = 1e-9  # of a static response's energy, squared sine: below it is another one's
+
 
 @dataclass(frozen=True, eq=False)
 class System:
@@ -60,7 +62,10 @@ def reduce(body, count: int, forces=None, ground=None) -> System:
         u = bodies.respond(body, forces, ground)
         u = u - V @ (V.T @ (body.mass @ u))
         keep = np.sqrt(np.einsum("ij,ij->j", u, body.mass @ u))
-        V = np.hstack([V, (u / np.where(keep > 0, keep, 1))[:, keep > 0]])
+        u = (u / np.where(keep > 0, keep, 1))[:, keep > 0]
+        size, turn = linalg.eigh(u.T @ (body.mass @ u))  # two forces may ask for the same response
+        own = size > SAME
+        V = np.hstack([V, u @ turn[:, own] / np.sqrt(size[own])])
     value, vector = linalg.eigh(V.T @ (K @ V), V.T @ (body.mass @ V))
     V = V @ vector
     one = np.eye(len(value))
