@@ -17,7 +17,6 @@ from .unheard import neighbours
 
 STRAY = 0.15  # of its pitch that a mode may move when all are fitted together
 CLOSE = 0.06  # the same, however near the next mode is
-ONE = 0.1  # of its width, from another pitch, that two modes are one; heard five times as far
 MUCH = 0.3  # damping ratio beyond which it has run off, unless it was heard so
 OWN = 0.7  # MAC with its computed shape from which a mode beside the strongest is one
 
@@ -78,13 +77,10 @@ def _once_more(found: TimeFit, start: np.ndarray) -> TimeFit:
 
 def astray(found: TimeFit, heard: np.ndarray, z: np.ndarray) -> np.ndarray:
     """(K,) bool: modes that have left the pitch (Hz) or damping ratio that they were heard at, or
-    that have run into another one's pitch, or that no longer die away while the first one does.
+    that no longer die away while the first one does.
     """
     away = np.abs(np.log(found.frequency / heard))
     strayed = (away > STRAY) | (away > np.maximum(_to_nearest(found.frequency), CLOSE))
-    near, other = ONE * found.damping_ratio, _gaps(found.frequency).argmin(axis=1)
-    met = (_to_nearest(found.frequency) < near) & (_to_nearest(heard) > 5 * near)
-    strayed |= met & (away > away[other])  # of two that meet, the one that moved
     strayed |= found.damping_ratio > np.maximum(MUCH, 2 * z)
     pole = poles(found.frequency, found.damping_ratio)
     strayed |= is_driven(pole, found.law.setting.duration, pole[:1])
@@ -94,14 +90,9 @@ def astray(found: TimeFit, heard: np.ndarray, z: np.ndarray) -> np.ndarray:
 
 def _to_nearest(frequency: np.ndarray) -> np.ndarray:
     """(K,) how far each mode's pitch lies from the nearest other one, in logarithms."""
-    return _gaps(frequency).min(axis=1)
-
-
-def _gaps(frequency: np.ndarray) -> np.ndarray:
-    """(K, K) how far each mode's pitch lies from each other one, in logarithms."""
     gap = np.abs(np.log(frequency[:, None] / frequency))
     np.fill_diagonal(gap, np.inf)
-    return gap
+    return gap.min(axis=1)
 
 
 def _informed(law: Law, ground: Recorded, matches, chosen):

@@ -561,17 +561,6 @@ def test_a_mode_that_stays_while_the_first_one_dies_has_strayed():
     assert astray(found, heard, np.full(3, 0.02)).tolist() == [False, True, False]
 
 
-def test_of_two_modes_that_run_into_one_another_the_one_that_moved_is_none():
-    found = SimpleNamespace(
-        frequency=np.array([5.0, 35.84, 35.82]),
-        damping_ratio=np.full(3, 0.03),
-        law=SimpleNamespace(setting=setting()),
-    )
-    for heard, strayed in (([5.0, 35.8, 35.1], 2), ([5.0, 36.5, 35.8], 1), ([5.0, 35.9, 35.8], 0)):
-        is_none = astray(found, np.array(heard), np.full(3, 0.03))
-        assert is_none.tolist() == [False, strayed == 1, strayed == 2]
-
-
 def test_a_marker_on_the_support_shows_its_own_shaking_too():
     path = 0.3 * AMPLITUDE * np.sin(2 * np.pi * 1.3 * TIME)
     noise = NOISE * np.random.default_rng(3).standard_normal((len(TIME), 4))
