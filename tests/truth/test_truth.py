@@ -227,3 +227,11 @@ def test_a_pull_starts_at_the_static_shape_and_at_rest(beam):
     q = state[: system.size]
     assert np.abs(system.basis @ q - u).max() < 1e-6 * np.abs(u).max()
     assert not state[system.size :].any()
+
+
+def test_forces_that_ask_for_the_same_response_count_once(beam):
+    push = np.zeros((beam.mass.shape[0], 2))
+    push[-1], push[-2, 1] = 1.0, 1e-9
+    one, two = (reduced.reduce(beam, 4, push[:, :n]) for n in (1, 2))
+    assert two.size == one.size
+    assert two.frequency[:5] == pytest.approx(one.frequency[:5], rel=1e-6)
