@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(name, "1")  # a process a core beats threads on such small matrices
 
-from tests import scoring  # noqa: E402
+from tests import scoring, seeded_tetwild  # noqa: E402
 from tests.truth import KINDS, cases, make  # noqa: E402
 
 
@@ -31,7 +31,9 @@ def run_case(kind: str, seed: int) -> dict:
     """Make one case in a folder that goes away, calibrate it, and mark the report."""
     import core.pipeline as pipeline
     from core.errors import CoreError
+    from core.tetwild import run_tetwild
 
+    seeded_tetwild.use(run_tetwild)
     with tempfile.TemporaryDirectory() as folder:
         truth = make(kind, seed, folder)
         moments = {}
