@@ -17,9 +17,10 @@ from .modal_layer import Suspect, suspects
 from .report import estimate
 from .residual import errors
 from .stranger import strangers, told
-from .sufficiency import ASTRAY, strays
+from .sufficiency import ASTRAY, gained, strays
 
 DOUBT = 1e-3  # chance below which pitches and shapes do not fit the declared body
+SLIGHT = 0.01  # of the motion, rms, up to which what acts in time bends no pitch, shape or sag
 EVIDENCE = 10.0  # gain in BIC (Kass and Raftery 1995: very strong)
 ENOUGH = 0.6  # share of the misfit that an effect of the body must take
 NEARLY = 0.8  # of the best one's gain makes a twin
@@ -100,7 +101,9 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     marched = any(e.marched for e in verdict.final.law.effects)
     if marched and base.modes[: len(heard.match.modes)] != heard.match.modes:
         return plain  # what acts in time has bent the shapes beyond knowing which mode is which
-    doubt = DOUBT**2 if acts(verdict.final) else DOUBT  # a second cause needs to be clearer
+    # a second cause needs to be clearer, unless the first hardly moves anything
+    slight = not acts(verdict.damped) and gained(verdict.damped, verdict.final) < SLIGHT
+    doubt = DOUBT**2 if acts(verdict.final) and not slight else DOUBT
     if _chance(base, ground.measured) > doubt:
         if verdict.verdict == "adequate" and (strange := strangers(verdict, ground)):
             warnings = [*plain.warnings, told(strange)]

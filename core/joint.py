@@ -151,7 +151,8 @@ def _whole(ground: Recorded, settled: tuple, rings: tuple):
             break
         if weak[1].modes != tried:
             chosen = [amplitudes(ground.takes[i], weak[0]) for i in ground.fitted]
-            tried, wider = weak[1].modes, settle(ground, chosen, {condition: weak[1]})
+            tried, loud = weak[1].modes, len(first.modes)
+            wider = settle(ground, chosen, {condition: weak[1]}, loud=loud)
         if alike < WEAK and excess(wider[0]) > LESS * excess(free):
             continue
         wider = _with_neighbour(ground, wider)

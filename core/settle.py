@@ -17,6 +17,9 @@ from .unheard import neighbours
 
 STRAY = 0.15  # of its pitch that a mode may move when all are fitted together
 CLOSE = 0.06  # the same, however near the next mode is
+ONE = (
+    0.1  # of its width, from another pitch, that a weak mode has run into; heard five times as far
+)
 MUCH = 0.3  # damping ratio beyond which it has run off, unless it was heard so
 OWN = 0.7  # MAC with its computed shape from which a mode beside the strongest is one
 
@@ -31,10 +34,11 @@ class Recorded:
     fitted: list[int]
 
 
-def settle(ground: Recorded, chosen: list[RingDown], matches: dict[int, Match], tied=()):
+def settle(ground: Recorded, chosen: list[RingDown], matches: dict[int, Match], tied=(), loud=None):
     """The fit, the turns and the matches, without modes that leave the pitch they were heard at.
 
-    `tied`: as `Law.tied`.
+    `tied`: as `Law.tied`. loud: how many modes, the first ones, were heard by themselves; the
+    others only in what these leave.
 
     A pole that runs off when all are fitted together was no mode of the body: it takes up some
     slow or strongly damped motion that a physical effect must explain. Nor is one that does not
@@ -51,10 +55,11 @@ def settle(ground: Recorded, chosen: list[RingDown], matches: dict[int, Match], 
         law, turns = _informed(law, ground, matches, chosen)
         law = replace(law, turning=turns_too, damping="free", tied=tied)
         found = _once_more(fit(law, start, evaluations=60), start)
-        strayed = astray(found, chosen[0].frequency, chosen[0].damping_ratio)
+        strayed = astray(found, chosen[0].frequency, chosen[0].damping_ratio, loud)
         if not strayed.any():
             return found, turns, matches
         kept, tied = np.flatnonzero(~strayed), ()
+        loud = loud and int((kept < loud).sum())
         chosen = [select(ring, tuple(kept)) for ring in chosen]
         matches = {
             c: Match(tuple(m.poles[k] for k in kept), tuple(m.modes[k] for k in kept))
@@ -75,12 +80,16 @@ def _once_more(found: TimeFit, start: np.ndarray) -> TimeFit:
     return min(found, again, key=lambda one: one.chi2)
 
 
-def astray(found: TimeFit, heard: np.ndarray, z: np.ndarray) -> np.ndarray:
+def astray(found: TimeFit, heard: np.ndarray, z: np.ndarray, loud: int | None = None) -> np.ndarray:
     """(K,) bool: modes that have left the pitch (Hz) or damping ratio that they were heard at, or
-    that no longer die away while the first one does.
+    that no longer die away while the first one does, or weak ones, those after the first `loud`,
+    that have run into another one's pitch: they take but a share of what that one does.
     """
-    away = np.abs(np.log(found.frequency / heard))
-    strayed = (away > STRAY) | (away > np.maximum(_to_nearest(found.frequency), CLOSE))
+    away, nearest = np.abs(np.log(found.frequency / heard)), _to_nearest(found.frequency)
+    strayed = (away > STRAY) | (away > np.maximum(nearest, CLOSE))
+    if loud is not None:
+        near = ONE * found.damping_ratio[loud:]
+        strayed[loud:] |= (nearest[loud:] < near) & (_to_nearest(heard)[loud:] > 5 * near)
     strayed |= found.damping_ratio > np.maximum(MUCH, 2 * z)
     pole = poles(found.frequency, found.damping_ratio)
     strayed |= is_driven(pole, found.law.setting.duration, pole[:1])

@@ -99,31 +99,39 @@ def _in_one(group: list[_March]):
     )
     step = 2 * np.pi / (group[0].steps * setting.omega[0])
     count = int(np.ceil(max(one.time.max() for one in group) / step)) + 1
-    by_place, by_speed = _flow(omega, zeta, step)
+    own, other = _flow(omega, zeta, step)
     push = _Push(group, count)
-    limit = RUNAWAY * setting.amplitude * np.array([1.0, setting.omega.max()])[:, None, None]
-    most = limit[1, 0, 0] / step
-    path = np.empty((count + 1, 3, *omega.T.shape))  # u, u', kick; few calls a step, for speed
+    limit = np.empty_like(own)
+    limit[:] = RUNAWAY * setting.amplitude * np.array([1.0, setting.omega.max()])[:, None, None]
+    lower = -limit
+    most = np.full_like(own[0], limit[1, 0, 0] / step)
+    least, halved = -most, np.full_like(most, step / 2)
+    # Few calls a step, of arrays of one shape: half of the time of one on numbers so few is its
+    # scalars' and its broadcasting's.
+    path = np.empty((count + 1, 3, *omega.T.shape))  # u, u', kick
     path[0, :2] = np.moveaxis(start, 0, 2)
     push.kick(path[0, :2], 0, 0.0, path[0, 2])
-    half = step / 2 * path[0, 2]
-    ahead = np.empty_like(path[0, :2])
+    half = halved * path[0, 2]
+    ahead, across = np.array(path[0, :2]), np.empty_like(own)
+    place, speed, swapped = ahead[0], ahead[1], ahead[::-1]
+    speed += half
     for i in range(count):
-        u, v, _ = path[i]
         state, kick = path[i + 1, :2], path[i + 1, 2]
-        np.add(v, half, out=ahead[1])
-        np.multiply(by_speed, ahead[1], out=state)
-        state += by_place * u
+        u, v = state
+        np.multiply(own, ahead, state)
+        np.multiply(other, swapped, across)
+        np.add(state, across, state)
         if i % OFTEN == 0:
-            np.maximum(state, -limit, out=state)
-            np.minimum(state, limit, out=state)
-        ahead[0] = state[0]
-        np.add(state[1], half, out=ahead[1])
+            np.maximum(state, lower, state)
+            np.minimum(state, limit, state)
+        place[:] = u
+        np.add(v, half, speed)
         push.kick(ahead, i + 1, step, kick)
-        np.maximum(kick, -most, out=kick)
-        np.minimum(kick, most, out=kick)
-        half = step / 2 * kick
-        state[1] += half
+        np.maximum(kick, least, kick)
+        np.minimum(kick, most, kick)
+        np.multiply(kick, halved, half)
+        np.add(v, half, v)
+        np.add(v, half, speed)
     for one, rows in zip(group, push.rows, strict=True):
         yield _seen(one, path[..., rows], step, push.traces(one, rows))
 
@@ -169,7 +177,8 @@ class _Push:
             couple[1:] = theta[:, len(effect.low) :].T
             past = self.past[effect] = np.zeros((count + 1, ends[-1]))
             alone = len(couple) == 1  # one mode moves every place alike
-            own = None if alone else couple, couple * setting.masses[:, None], past
+            both = None if alone else np.array([couple, couple])
+            own = both, couple * setting.masses[:, None], past
             self.parts.append((at, effect.force(theta, setting), own))
 
     def kick(self, state, i: int, h: float, out) -> None:
@@ -194,15 +203,17 @@ class _Push:
 
 
 def _flow(omega, zeta, step):
-    """The linear map over one step: what u and what u' give to both, each (2, K, B)."""
+    """The linear map over one step: what u and u' give to themselves and to each other, (2, K, B)
+    each.
+    """
     B, K = omega.shape
-    out = []
-    for unit in ((1.0, 0.0), (0.0, 1.0)):
+    own, other = np.empty((2, 2, K, B))
+    for n, unit in enumerate(((1.0, 0.0), (0.0, 1.0))):
         start = np.empty((B, 2, K))
         start[:, 0], start[:, 1] = unit
-        u, v = free_swing(omega, zeta, start, np.full((B, 1), step))
-        out.append(np.array([u[:, 0].T, v[:, 0].T]))
-    return out
+        ends = [end[:, 0].T for end in free_swing(omega, zeta, start, np.full((B, 1), step))]
+        own[n], other[1 - n] = ends[n], ends[1 - n]
+    return own, other
 
 
 def _glide(omega, zeta, start, rest):

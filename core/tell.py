@@ -8,7 +8,7 @@ from .advice import advise
 from .dac import SURE
 from .data import Estimate
 from .diagnosis import Verdict, probabilities
-from .effects import DAMPING, perspective
+from .effects import DAMPING, MODAL_EFFECTS, perspective
 from .joint import Heard
 from .law import TimeFit, unpack
 from .match import likeness
@@ -255,6 +255,7 @@ def told_diagnosis(heard: Heard, verdict: Verdict, extra: dict) -> dict:
     """The report's diagnosis; `extra` has what the modal layer adds."""
     effects = told_effects(verdict, extra["effects"])
     effects = [e for e in effects if e["name"] not in extra["instead"]]
+    effects = sorted(effects, key=lambda e: _turn(e["name"]))
     names = [e["name"] for e in effects]
     twins = [t for e in effects for t in e["twins"]]
     chances = probabilities(list(verdict.ranked), verdict.chain[0][1])
@@ -272,6 +273,13 @@ def told_diagnosis(heard: Heard, verdict: Verdict, extra: dict) -> dict:
             {"name": n, "share": float(min(s, 1))} for n, s in (*verdict.minor, *extra["minor"])
         ],
     }
+
+
+def _turn(name: str) -> int:
+    """Laws of damping come first and then changes of the body, as in the error's chain."""
+    if name in DAMPING:
+        return 0
+    return 1 if any(e.name == name for e in MODAL_EFFECTS) else 2
 
 
 def told_modulus(apparent: Estimate, material: Estimate) -> dict:

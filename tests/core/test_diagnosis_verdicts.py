@@ -479,3 +479,19 @@ def test_the_pitch_of_a_faint_mode_names_no_change_of_the_body(tmp_path):
     make("null", 40358, tmp_path)  # two close ones, a thousandth of the loudest, taken for one
     diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
     assert diagnosis["verdict"] == "adequate"
+
+
+@pytest.mark.slow
+def test_a_weak_mode_that_is_but_a_share_of_a_loud_one_makes_nothing_of_nothing(tmp_path):
+    make("null", 37058, tmp_path)  # its pitch runs into that of the loud one
+    diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
+    assert diagnosis["verdict"] == "adequate"
+
+
+@pytest.mark.slow
+def test_a_trifle_in_time_does_not_hide_what_the_sag_says(tmp_path):
+    truth = make("clock", 37052, tmp_path)  # its sag is a quarter off
+    report = calibrate_case(tmp_path / "case.toml").report
+    assert report["diagnosis"]["effects"][0]["name"] == "clock"
+    modulus = report["youngs_modulus"]["material"]["value"]
+    assert abs(modulus / truth["youngs_modulus"] - 1) < 0.03

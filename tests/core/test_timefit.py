@@ -561,6 +561,18 @@ def test_a_mode_that_stays_while_the_first_one_dies_has_strayed():
     assert astray(found, heard, np.full(3, 0.02)).tolist() == [False, True, False]
 
 
+def test_a_weak_mode_that_runs_into_a_loud_one_is_a_share_of_it():
+    heard, z = np.array([5.0, 35.8, 35.1]), np.full(3, 0.03)
+    found = SimpleNamespace(
+        frequency=np.array([5.0, 35.82, 35.78]),
+        damping_ratio=z,
+        law=SimpleNamespace(setting=setting()),
+    )
+    assert astray(found, heard, z, loud=2).tolist() == [False, False, True]
+    assert not astray(found, heard, z).any()  # both were heard: a split pair draws together
+    assert not astray(found, found.frequency, z, loud=2).any()  # it was heard so near
+
+
 def test_a_marker_on_the_support_shows_its_own_shaking_too():
     path = 0.3 * AMPLITUDE * np.sin(2 * np.pi * 1.3 * TIME)
     noise = NOISE * np.random.default_rng(3).standard_normal((len(TIME), 4))
