@@ -37,11 +37,13 @@ from .sufficiency import (
     sufficient,
 )
 from .time_layer import EVIDENCE, MATERIAL, NEARLY, Candidate, judge, seconds, singles, vetoed
-from .timefit import sharp
+from .timefit import fit, sharp
 from .together import pairs
 
 WEAK = 0.05  # of the motion, rms: more than that is no forgotten weak mode
 RIVALS = 3  # single effects of which a second one is sought
+VIES = 0.95  # of the best one's evidence, from which a candidate vies for its place
+TO_THE_END = 40  # looks that those get which vie
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +134,7 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     over = excess(declared)
     if over < MATERIAL and declared.chi2 < QUIET * declared.samples and not fails(declared):
         return Verdict("adequate", chain, (), (), (), ())
-    able = singles(start, declared)
+    able = _ended(singles(start, declared), declared)
     ranked = tuple(c for c in able if not c.outdone)
     seen = [c for c in ranked if c.evidence > EVIDENCE]
     strong = [c for c in seen if gained(declared, c.found) >= MATERIAL or shows(c, declared)]
@@ -169,7 +171,7 @@ def _by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
     declared, (able, ranked, strong) = chain[0][1], candidates
     doubtful = [c for c in able if c.outdone]
     beam = sorted([*strong, *doubtful], key=lambda c: -c.evidence)
-    found = _polished(pairs(declared, beam), declared, widen)
+    found = _polished(_ended(pairs(declared, beam), declared), declared, widen)
     both = _stand([c for c in found if sufficient(c, ENOUGH_BOTH)])
     if both and is_broken(declared, both[0]):
         return Verdict("unexplained", chain, (), (), ranked, ())
@@ -220,6 +222,26 @@ def _partly(chain, best: Candidate, strong: list[Candidate], ranked) -> Verdict:
     """Not explained, but `best` takes its part."""
     chain += ((best.names[0], best.found),)
     return Verdict("unexplained", chain, (best,), (twins_of(best, strong),), ranked, ())
+
+
+def _ended(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
+    """The candidates, best first, those that vie for the first place fitted to their end.
+
+    What follows the amplitude and what follows time are told apart by what a search in few looks
+    leaves.
+    """
+    vie = [c for c in found if c.evidence >= VIES * found[0].evidence]
+    if len(vie) < 2 or found[0].evidence < EVIDENCE:
+        return found
+
+    def to_the_end(c):
+        if not any(e.marched for e in c.found.law.effects):
+            return c
+        longer = fit(c.found.law, c.found.parameters, evaluations=TO_THE_END)
+        return replace(judge(c.names, longer, declared), outdone=c.outdone)
+
+    longer = in_step([partial(to_the_end, c) for c in vie])
+    return sorted([*longer, *found[len(vie) :]], key=lambda c: -c.evidence)
 
 
 def _polished(found: list[Candidate], declared: TimeFit, widen: Callable) -> list[Candidate]:

@@ -12,7 +12,7 @@ from core.body_error import leaves
 from core.channels import Channels
 from core.compare import Measured, compare, rematched
 from core.data import RingDown
-from core.diagnosis import _add_second
+from core.diagnosis import _add_second, _ended
 from core.effects import (
     air_drag,
     asymmetric_stiffness,
@@ -216,6 +216,19 @@ def test_a_backbone_is_found_whichever_way_it_bends(shift, bend):
     fine = sharp(found)
     assert fine.chi2 < 1.1 * fine.samples
     assert fine.theta[0][0] == pytest.approx([shift, bend], rel=0.1, abs=0.05)
+
+
+def test_of_two_that_vie_the_better_one_is_told_by_fits_to_their_end():
+    before = declared(channels(moved(Backbone(-0.2, 1.5))))
+    drift = judge(("stiffness_drift",), raced(before, stiffness_drift.EFFECT), before)
+    whole = raced(before, large_amplitude.EFFECT)
+    aside = whole.parameters - 0.6 * np.eye(len(whole.parameters))[-1]  # its bend
+    short = judge(("large_amplitude",), fit(whole.law, aside, evaluations=1), before)
+    assert 0.95 * drift.evidence < short.evidence < drift.evidence
+    best, other = _ended([drift, short], before)
+    assert (best.names, other.names) == (short.names, drift.names)
+    assert best.found.theta[0][0] == pytest.approx([-0.2, 1.5], rel=0.1)
+    assert _ended([short], before) == [short]  # nothing vies with it
 
 
 def test_a_search_that_falls_behind_by_half_of_the_record_is_not_ended():
