@@ -38,7 +38,7 @@ from .sufficiency import (
 )
 from .time_layer import EVIDENCE, MATERIAL, NEARLY, Candidate, judge, seconds, singles, vetoed
 from .timefit import fit, sharp
-from .together import pairs
+from .together import FEW, pairs
 
 WEAK = 0.05  # of the motion, rms: more than that is no forgotten weak mode
 RIVALS = 3  # single effects of which a second one is sought
@@ -156,11 +156,22 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
         if weakens(declared, strong[0]):
             return _partly(chain, strong[0], strong, ranked)
         alone = _unless_it_weakens(_add_second(chain, strong, ranked, over), able)
-        if not owes(alone.final, declared):
+        if not owes(alone.final, declared) and not _loud(alone):
             return alone
     both = _by_two(chain, (able, ranked, strong), over, widen)
     told = both.verdict == "explained" and not owes(both.final, declared)
+    if told and alone and not owes(alone.final, declared):  # all that one leaves, or nothing
+        told = both.final.chi2 < NOISY * both.final.samples
     return both if alone is None or told else alone
+
+
+def _loud(alone: Verdict) -> bool:
+    """Whether one effect leaves more than noise where two are sought cheaply: it may bend itself to
+    do nearly what two others do.
+    """
+    final = alone.final
+    few = len(alone.effects) == 1 and final.law.modes <= FEW
+    return few and final.chi2 > NOISY * final.samples
 
 
 def _by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
@@ -228,7 +239,7 @@ def _ended(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
     """The candidates, best first, those that vie for the first place fitted to their end.
 
     What follows the amplitude and what follows time are told apart by what a search in few looks
-    leaves.
+    leaves. One that is none at its end stays as good as it was.
     """
     vie = [c for c in found if c.evidence >= VIES * found[0].evidence]
     if len(vie) < 2 or found[0].evidence < EVIDENCE:
@@ -238,6 +249,8 @@ def _ended(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
         if not any(e.marched for e in c.found.law.effects):
             return c
         longer = fit(c.found.law, c.found.parameters, evaluations=TO_THE_END)
+        if vetoed(longer):
+            return c
         return replace(judge(c.names, longer, declared), outdone=c.outdone)
 
     longer = in_step([partial(to_the_end, c) for c in vie])

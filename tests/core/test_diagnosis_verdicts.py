@@ -380,6 +380,14 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="a rub that weakens does not stand in for a rub and a drift",
         ),
         pytest.param(
+            "two:relaxation+large_amplitude", 37049, {"relaxation", "large_amplitude"}, 1.1,
+            id="an uneven stiffness bends itself to do nearly what two others do",
+        ),
+        pytest.param(
+            "large_amplitude", 40350, {"large_amplitude"}, 1.1,
+            id="a search that stops short in a bent valley does not lose to a drift",
+        ),
+        pytest.param(
             "stiffness_drift", 7642, {"stiffness_drift"}, 1.1,
             id="two near modes without symmetry are two, and both drift",
         ),
