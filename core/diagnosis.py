@@ -16,6 +16,7 @@ import numpy as np
 from .damping import find_damping
 from .decidable import undecidable
 from .effects import DAMPING
+from .effects.further_mode import ran_off
 from .foils import is_broken, weakens, weakens_rather
 from .forgotten import more_modes
 from .in_step import in_step
@@ -42,6 +43,7 @@ from .together import FEW, pairs
 
 WEAK = 0.05  # of the motion, rms: more than that is no forgotten weak mode
 RIVALS = 3  # single effects of which a second one is sought
+MOST = 0.5  # of what one effect leaves, that two take which stand in its place
 VIES = 0.95  # of the best one's evidence, from which a candidate vies for its place
 TO_THE_END = 40  # looks that those get which vie
 
@@ -161,7 +163,7 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     both = _by_two(chain, (able, ranked, strong), over, widen)
     told = both.verdict == "explained" and not owes(both.final, declared)
     if told and alone and not owes(alone.final, declared):  # all that one leaves, or nothing
-        told = both.final.chi2 < NOISY * both.final.samples
+        told = _does_more(both, alone)
     return both if alone is None or told else alone
 
 
@@ -172,6 +174,14 @@ def _loud(alone: Verdict) -> bool:
     final = alone.final
     few = len(alone.effects) == 1 and final.law.modes <= FEW
     return few and final.chi2 > NOISY * final.samples
+
+
+def _does_more(both: Verdict, alone: Verdict) -> bool:
+    """Whether what was found together leaves noise, and takes most of what one effect leaves."""
+    pair = judge(tuple(c.names[0] for c in both.effects), both.final, alone.final)
+    material = gained(alone.final, both.final) >= MATERIAL and pair.evidence > EVIDENCE
+    most = pair.share > MOST and not pair.held_share < MOST
+    return both.final.chi2 < NOISY * both.final.samples and material and most
 
 
 def _by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
@@ -241,20 +251,23 @@ def _ended(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
     What follows the amplitude and what follows time are told apart by what a search in few looks
     leaves. One that is none at its end stays as good as it was.
     """
-    vie = [c for c in found if c.evidence >= VIES * found[0].evidence]
-    if len(vie) < 2 or found[0].evidence < EVIDENCE:
+    least = VIES * next((c.evidence for c in found if not c.outdone), np.inf)
+    vie = [c for c in found if c.evidence >= max(least, EVIDENCE) and not c.outdone]
+    if len(vie) < 2:
         return found
 
     def to_the_end(c):
         if not any(e.marched for e in c.found.law.effects):
             return c
         longer = fit(c.found.law, c.found.parameters, evaluations=TO_THE_END)
-        if vetoed(longer):
+        none = vetoed(longer) or (len(c.names) > 1 and vetoed(turned(longer)))
+        if none or (ran_off(longer) and not ran_off(c.found)):
             return c
         return replace(judge(c.names, longer, declared), outdone=c.outdone)
 
     longer = in_step([partial(to_the_end, c) for c in vie])
-    return sorted([*longer, *found[len(vie) :]], key=lambda c: -c.evidence)
+    others = [c for c in found if c not in vie]
+    return sorted([*longer, *others], key=lambda c: -c.evidence)
 
 
 def _polished(found: list[Candidate], declared: TimeFit, widen: Callable) -> list[Candidate]:

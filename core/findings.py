@@ -11,7 +11,7 @@ from .camera_layer import camera_effects
 from .compare import PIECES, Hypothesis, Measured
 from .dac import SURE
 from .diagnosis import MATERIAL, Verdict
-from .ground import Ground, acts, ground_of, softer
+from .ground import Ground, acts, creeps, ground_of, moved, softer
 from .joint import Heard
 from .modal_layer import Suspect, suspects
 from .report import estimate
@@ -20,7 +20,7 @@ from .stranger import strangers, told
 from .sufficiency import ASTRAY, gained, strays
 
 DOUBT = 1e-3  # chance below which pitches and shapes do not fit the declared body
-SLIGHT = 0.01  # of the motion, rms, up to which what acts in time bends no pitch, shape or sag
+SLIGHT = 0.01  # of the motion, rms, and of a pitch, up to which what acts in time is a trifle
 EVIDENCE = 10.0  # gain in BIC (Kass and Raftery 1995: very strong)
 ENOUGH = 0.6  # share of the misfit that an effect of the body must take
 NEARLY = 0.8  # of the best one's gain makes a twin
@@ -102,7 +102,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     if marched and base.modes[: len(heard.match.modes)] != heard.match.modes:
         return plain  # what acts in time has bent the shapes beyond knowing which mode is which
     # a second cause needs to be clearer, unless the first hardly moves anything
-    slight = not acts(verdict.damped) and gained(verdict.damped, verdict.final) < SLIGHT
+    slight = not acts(verdict.damped) and _is_slight(verdict)
     doubt = DOUBT**2 if acts(verdict.final) and not slight else DOUBT
     if _chance(base, ground.measured) > doubt:
         if verdict.verdict == "adequate" and (strange := strangers(verdict, ground)):
@@ -155,6 +155,15 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         instead=("split_modes",) if mended else (),  # a changed body parts its own pairs
         mesh_pitch=_mesh_pitch(best, heard, stiff),
     )
+
+
+def _is_slight(verdict: Verdict) -> bool:
+    """Whether what was found in time hardly shows, moves no pitch, and is no creep, which a sag
+    would show more of.
+    """
+    final, damped = verdict.final, verdict.damped
+    little = gained(damped, final) < SLIGHT and moved(final, damped) < SLIGHT
+    return little and not creeps(verdict)
 
 
 def _chance(body: Hypothesis, measured: Measured) -> float:

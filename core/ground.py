@@ -47,7 +47,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     model_error = np.r_[model_error, np.full(len(further), sigma.max())]
     at = [*range(final.law.modes), *(one.at for one in further)]
     spread = np.sqrt(np.maximum(np.diag(final.covariance)[at], 0) * inflation(final))
-    bias = BIASED * max(_moved(final, verdict.damped), _bent(final))
+    bias = BIASED * max(moved(final, verdict.damped), _bent(final))
     error = np.sqrt((UNSURE * spread) ** 2 + bias**2 + (0.5 * model_error) ** 2 + PITCH_FLOOR**2)
     middle, pair = split_modes.middle(final), final.law.setting.pair
     error[pair] = np.hypot(error[pair], split_modes.doubt(final))
@@ -79,7 +79,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         shape_error,
         sag,
         softer(final)[0],
-        CREPT if _creeps(verdict) else SETTLED,
+        CREPT if creeps(verdict) else SETTLED,
     )
     shrink = 1 / (1 + stiff)
     values = (2 * np.pi * body.modes.frequency) ** 2 * shrink
@@ -128,7 +128,7 @@ def further_modes(verdict: Verdict, least: float = LOUD) -> list[FurtherMode]:
     return out
 
 
-def _moved(final: TimeFit, declared: TimeFit) -> float:
+def moved(final: TimeFit, declared: TimeFit) -> float:
     """The most, relatively, that the effects in time moved a pitch by."""
     return float(np.abs(np.log(final.frequency / declared.frequency)).max())
 
@@ -148,7 +148,7 @@ def acts(final: TimeFit) -> bool:
     return any(effect.layer in ("time", "camera") for effect in final.law.effects)
 
 
-def _creeps(verdict: Verdict) -> bool:
+def creeps(verdict: Verdict) -> bool:
     """Whether something moves the mean that may be a creep, which goes on after the recording."""
     there = [effect.name for effect in verdict.final.law.effects]
     return "relaxation" in [*there, *(t for ts in verdict.twins for t in ts)]

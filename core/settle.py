@@ -17,9 +17,7 @@ from .unheard import neighbours
 
 STRAY = 0.15  # of its pitch that a mode may move when all are fitted together
 CLOSE = 0.06  # the same, however near the next mode is
-ONE = (
-    0.1  # of its width, from another pitch, that a weak mode has run into; heard five times as far
-)
+ONE = 0.1  # of its damping ratio, from the pitch that a weak mode ran into; heard 5 times as far
 MUCH = 0.3  # damping ratio beyond which it has run off, unless it was heard so
 OWN = 0.7  # MAC with its computed shape from which a mode beside the strongest is one
 
@@ -87,13 +85,14 @@ def astray(found: TimeFit, heard: np.ndarray, z: np.ndarray, loud: int | None = 
     """
     away, nearest = np.abs(np.log(found.frequency / heard)), _to_nearest(found.frequency)
     strayed = (away > STRAY) | (away > np.maximum(nearest, CLOSE))
-    if loud is not None:
-        near = ONE * found.damping_ratio[loud:]
-        strayed[loud:] |= (nearest[loud:] < near) & (_to_nearest(heard)[loud:] > 5 * near)
     strayed |= found.damping_ratio > np.maximum(MUCH, 2 * z)
     pole = poles(found.frequency, found.damping_ratio)
     strayed |= is_driven(pole, found.law.setting.duration, pole[:1])
     strayed[0] = False
+    for k in range(len(heard) if loud is None else loud, len(heard)):
+        near, others = ONE * found.damping_ratio[k], np.flatnonzero(~strayed[:k])
+        then, now = (np.abs(np.log(f[k] / f[others])).min() for f in (heard, found.frequency))
+        strayed[k] |= now < near and then > 5 * near and away[k] > near
     return strayed
 
 

@@ -23,19 +23,23 @@ def use(run_tetwild) -> None:
     run_tetwild.__kwdefaults__["worker"] = Path(__file__).resolve()
 
 
-def seed_random_device(seed: int) -> None:
-    """Every std::random_device of this process answers `seed`: mov eax, seed; ret."""
+def where_it_draws(count: int) -> int | None:
+    """Address of std::random_device's draw, its first `count` bytes open to writing; None where
+    that cannot be had.
+    """
+    if sys.platform != "linux" or platform.machine() != "x86_64":
+        return None
     draw = ctypes.CDLL("libstdc++.so.6")["_ZNSt13random_device9_M_getvalEv"]
     address = ctypes.cast(draw, ctypes.c_void_p).value
-    protect = ctypes.CDLL(None, use_errno=True).mprotect
+    protect = ctypes.CDLL(None).mprotect
     protect.argtypes = [ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int]
     start = address - address % mmap.PAGESIZE
-    if protect(start, 2 * mmap.PAGESIZE, READ_WRITE_EXECUTE) != 0:
-        return  # a hardened system
-    ctypes.memmove(address, b"\xb8" + seed.to_bytes(4, "little") + b"\xc3", 6)
+    opened = protect(start, address + count - start, READ_WRITE_EXECUTE) == 0
+    return address if opened else None  # a hardened system refuses
 
 
 if __name__ == "__main__":
-    if sys.platform == "linux" and platform.machine() == "x86_64":
-        seed_random_device(SEED)
+    code = b"\xb8" + SEED.to_bytes(4, "little") + b"\xc3"  # mov eax, SEED; ret
+    if (address := where_it_draws(len(code))) is not None:
+        ctypes.memmove(address, code, len(code))
     runpy.run_path(str(WORKER), run_name="__main__")

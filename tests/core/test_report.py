@@ -16,6 +16,7 @@ from core.report import (
     write_report,
     write_ringdown,
 )
+from core.tell import _turn
 
 
 @pytest.fixture
@@ -226,3 +227,8 @@ def test_a_ringdown_without_a_scale_gives_pixels(amplitude, tmp_path):
     ):
         with pytest.raises(ValueError, match="modes"):
             check_ringdown({"modes": [wrong], "warnings": []})
+
+
+def test_effects_stand_as_in_the_errors_chain():
+    names = ["contact", "clock", "viscous_damping", "relaxation"]
+    assert sorted(names, key=_turn) == ["viscous_damping", "clock", "contact", "relaxation"]

@@ -584,6 +584,10 @@ def test_a_weak_mode_that_runs_into_a_loud_one_is_a_share_of_it():
     assert astray(found, heard, z, loud=2).tolist() == [False, False, True]
     assert not astray(found, heard, z).any()  # both were heard: a split pair draws together
     assert not astray(found, found.frequency, z, loud=2).any()  # it was heard so near
+    # of two weak ones that meet the later one goes; of a loud and a weak one the one that moved
+    assert astray(found, heard, z, loud=1).tolist() == [False, False, True]
+    found.frequency, heard = np.array([5.0, 38.02, 38.0]), np.array([5.0, 35.1, 38.0])
+    assert astray(found, heard, z, loud=2).tolist() == [False, True, False]
 
 
 def test_a_marker_on_the_support_shows_its_own_shaking_too():
