@@ -16,11 +16,11 @@ import numpy as np
 from .damping import find_damping
 from .decidable import undecidable
 from .effects import DAMPING
-from .effects.further_mode import ran_off
 from .foils import is_broken, weakens, weakens_rather
 from .forgotten import more_modes
 from .in_step import in_step
 from .law import TimeFit
+from .ready import RIVALS, polished, to_their_end, widened
 from .refit import turned
 from .residual import NOISY, QUIET, excess, misfit
 from .sufficiency import (
@@ -38,14 +38,11 @@ from .sufficiency import (
     sufficient,
 )
 from .time_layer import EVIDENCE, MATERIAL, NEARLY, Candidate, judge, seconds, singles, vetoed
-from .timefit import fit, sharp
+from .timefit import sharp
 from .together import FEW, pairs
 
 WEAK = 0.05  # of the motion, rms: more than that is no forgotten weak mode
-RIVALS = 3  # single effects of which a second one is sought
 MOST = 0.5  # of what one effect leaves, that two take which stand in its place
-VIES = 0.95  # of the best one's evidence, from which a candidate vies for its place
-TO_THE_END = 40  # looks that those get which vie
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +133,7 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     over = excess(declared)
     if over < MATERIAL and declared.chi2 < QUIET * declared.samples and not fails(declared):
         return Verdict("adequate", chain, (), (), (), ())
-    able = _ended(singles(start, declared), declared)
+    able = to_their_end(singles(start, declared), declared)
     ranked = tuple(c for c in able if not c.outdone)
     seen = [c for c in ranked if c.evidence > EVIDENCE]
     strong = [c for c in seen if gained(declared, c.found) >= MATERIAL or shows(c, declared)]
@@ -150,7 +147,7 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
         return Verdict("adequate", chain, (), (), ranked, minor)
     if over < WEAK and not fails(declared) and more_modes(declared, strong):
         return Verdict("adequate", chain, (), (), ranked, ())
-    strong = _widened(strong, declared, widen)
+    strong = widened(strong, declared, widen)
     alone = None
     if strong and sufficient(strong[0], ENOUGH):
         if is_broken(declared, strong[0]):
@@ -192,7 +189,7 @@ def _by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
     declared, (able, ranked, strong) = chain[0][1], candidates
     doubtful = [c for c in able if c.outdone]
     beam = sorted([*strong, *doubtful], key=lambda c: -c.evidence)
-    found = _polished(_ended(pairs(declared, beam), declared), declared, widen)
+    found = polished(to_their_end(pairs(declared, beam), declared), declared, widen)
     both = _stand([c for c in found if sufficient(c, ENOUGH_BOTH)])
     if both and is_broken(declared, both[0]):
         return Verdict("unexplained", chain, (), (), ranked, ())
@@ -243,60 +240,6 @@ def _partly(chain, best: Candidate, strong: list[Candidate], ranked) -> Verdict:
     """Not explained, but `best` takes its part."""
     chain += ((best.names[0], best.found),)
     return Verdict("unexplained", chain, (best,), (twins_of(best, strong),), ranked, ())
-
-
-def _ended(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
-    """The candidates, best first, those that vie for the first place fitted to their end.
-
-    What follows the amplitude and what follows time are told apart by what a search in few looks
-    leaves. One that is none at its end stays as good as it was.
-    """
-    least = VIES * next((c.evidence for c in found if not c.outdone), np.inf)
-    vie = [c for c in found if c.evidence >= max(least, EVIDENCE) and not c.outdone]
-    if len(vie) < 2:
-        return found
-
-    def to_the_end(c):
-        if not any(e.marched for e in c.found.law.effects):
-            return c
-        longer = fit(c.found.law, c.found.parameters, evaluations=TO_THE_END)
-        none = vetoed(longer) or (len(c.names) > 1 and vetoed(turned(longer)))
-        if none or (ran_off(longer) and not ran_off(c.found)):
-            return c
-        return replace(judge(c.names, longer, declared), outdone=c.outdone)
-
-    longer = in_step([partial(to_the_end, c) for c in vie])
-    others = [c for c in found if c not in vie]
-    return sorted([*longer, *others], key=lambda c: -c.evidence)
-
-
-def _polished(found: list[Candidate], declared: TimeFit, widen: Callable) -> list[Candidate]:
-    """The candidates of two effects, the best ones with the modes that they lay bare."""
-    able = [c.share > ENOUGH and n < RIVALS for n, c in enumerate(found)]
-    return _laid_bare(found, able, declared, widen)
-
-
-def _widened(strong: list[Candidate], declared: TimeFit, widen: Callable) -> list[Candidate]:
-    """The candidates, those near the best with the modes that they lay bare."""
-    able = [c.evidence >= NEARLY * strong[0].evidence and n < RIVALS for n, c in enumerate(strong)]
-    return _laid_bare(strong, able, declared, widen)
-
-
-def _laid_bare(found: list[Candidate], able: list[bool], declared: TimeFit, widen: Callable):
-    """The candidates, best first, those that are `able` with further modes where that is better.
-
-    What an effect took from the residual itself lays nothing bare.
-    """
-
-    def laid_bare(c, may):
-        own = c.found.law.effects[-len(c.names) :]
-        if may and c.found.chi2 > NOISY * c.found.samples and not any(e.given for e in own):
-            wider = judge(c.names, widen(c.found, len(own)), declared)
-            return max(c, wider, key=lambda one: one.evidence)
-        return c
-
-    out = in_step([partial(laid_bare, *one) for one in zip(found, able, strict=True)])
-    return sorted(out, key=lambda c: -c.evidence)
 
 
 def twins_of(candidate: Candidate, others) -> tuple[str, ...]:

@@ -96,7 +96,7 @@ def false_extra(m: dict) -> bool:
 def share(part, whole) -> str:
     whole = list(whole)
     hit = sum(map(bool, map(part, whole)))
-    return f"{hit} of {len(whole)}" + (f" ({hit / len(whole):.0%})" if whole else "")
+    return f"{hit} of {len(whole)}" + (f" ({hit / len(whole):.1%})" if whole else "")
 
 
 def median(values) -> str:
@@ -135,7 +135,7 @@ def criteria(marks: list) -> list:
         ("- the same over the noise alone", "-",
          share(lambda m: m["after"] <= MOST * m["floor"], right)),
         ("5 parameters whose interval holds the truth", "90 %",
-         f"{inside} of {total}" + (f" ({inside / total:.0%})" if total else "")),
+         f"{inside} of {total}" + (f" ({inside / total:.1%})" if total else "")),
         ("6 Young's modulus, median error with the effect", "3 %",
          median(abs(m["modulus_error"]) for m in known)),
         ("6 the same without", "-",

@@ -12,7 +12,7 @@ from core.body_error import leaves
 from core.channels import Channels
 from core.compare import Measured, compare, rematched
 from core.data import RingDown
-from core.diagnosis import _add_second, _ended
+from core.diagnosis import _add_second
 from core.effects import (
     air_drag,
     asymmetric_stiffness,
@@ -32,6 +32,7 @@ from core.law import bounds
 from core.linear_part import solve
 from core.outset import begin, outsets
 from core.race import Try, race, worth
+from core.ready import to_their_end
 from core.refit import turned
 from core.settle import astray
 from core.simulate import COARSE, swing
@@ -225,13 +226,13 @@ def test_of_two_that_vie_the_better_one_is_told_by_fits_to_their_end():
     aside = whole.parameters - 0.6 * np.eye(len(whole.parameters))[-1]  # its bend
     short = judge(("large_amplitude",), fit(whole.law, aside, evaluations=1), before)
     assert 0.95 * drift.evidence < short.evidence < drift.evidence
-    best, other = _ended([drift, short], before)
+    best, other = to_their_end([drift, short], before)
     assert (best.names, other.names) == (short.names, drift.names)
     assert best.found.theta[0][0] == pytest.approx([-0.2, 1.5], rel=0.1)
-    assert _ended([short], before) == [short]  # nothing vies with it
+    assert to_their_end([short], before) == [short]  # nothing vies with it
 
 
-def test_a_search_that_falls_behind_by_half_of_the_record_is_not_ended():
+def test_a_search_that_falls_behind_by_half_of_the_record_is_notto_their_end():
     found = declared(channels(moved(Rub(0.05, 0.02))))
     effects = dry_friction.EFFECT, air_drag.EFFECT, stiffness_drift.EFFECT, relaxation.EFFECT
     going = worth([tried(found, effect) for effect in effects])

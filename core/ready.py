@@ -1,0 +1,73 @@
+"""Candidates made ready to be compared: fitted to their end, with the modes that they lay bare."""
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from .effects.further_mode import ran_off
+from .in_step import in_step
+from .law import TimeFit
+from .refit import turned
+from .residual import NOISY
+from .sufficiency import ENOUGH
+from .time_layer import EVIDENCE, NEARLY, Candidate, judge, vetoed
+from .timefit import fit
+
+RIVALS = 3  # candidates, the best ones, that are looked at for such modes
+VIES = 0.95  # of the best one's evidence, from which a candidate vies for its place
+TO_THE_END = 40  # looks that those get which vie
+
+
+def to_their_end(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
+    """The candidates, best first, those that vie for the first place fitted to their end.
+
+    What follows the amplitude and what follows time are told apart by what a search in few looks
+    leaves. One that is none at its end stays as good as it was.
+    """
+    least = VIES * next((c.evidence for c in found if not c.outdone), np.inf)
+    vie = [c for c in found if c.evidence >= max(least, EVIDENCE) and not c.outdone]
+    if len(vie) < 2:
+        return found
+
+    def to_the_end(c):
+        if not any(e.marched for e in c.found.law.effects):
+            return c
+        longer = fit(c.found.law, c.found.parameters, evaluations=TO_THE_END)
+        none = vetoed(longer) or (len(c.names) > 1 and vetoed(turned(longer)))
+        if none or (ran_off(longer) and not ran_off(c.found)):
+            return c
+        return judge(c.names, longer, declared)
+
+    longer = in_step([partial(to_the_end, c) for c in vie])
+    others = [c for c in found if c not in vie]
+    return sorted([*longer, *others], key=lambda c: -c.evidence)
+
+
+def polished(found: list[Candidate], declared: TimeFit, widen: Callable) -> list[Candidate]:
+    """The candidates of two effects, the best ones with the modes that they lay bare."""
+    able = [c.share > ENOUGH and n < RIVALS for n, c in enumerate(found)]
+    return _laid_bare(found, able, declared, widen)
+
+
+def widened(strong: list[Candidate], declared: TimeFit, widen: Callable) -> list[Candidate]:
+    """The candidates, those near the best with the modes that they lay bare."""
+    able = [c.evidence >= NEARLY * strong[0].evidence and n < RIVALS for n, c in enumerate(strong)]
+    return _laid_bare(strong, able, declared, widen)
+
+
+def _laid_bare(found: list[Candidate], able: list[bool], declared: TimeFit, widen: Callable):
+    """The candidates, best first, those that are `able` with further modes where that is better.
+
+    What an effect took from the residual itself lays nothing bare.
+    """
+
+    def laid_bare(c, may):
+        own = c.found.law.effects[-len(c.names) :]
+        if may and c.found.chi2 > NOISY * c.found.samples and not any(e.given for e in own):
+            wider = judge(c.names, widen(c.found, len(own)), declared)
+            return max(c, wider, key=lambda one: one.evidence)
+        return c
+
+    out = in_step([partial(laid_bare, *one) for one in zip(found, able, strict=True)])
+    return sorted(out, key=lambda c: -c.evidence)
