@@ -35,6 +35,7 @@ LESS = 0.5  # of that, rms, is then left at most
 SHOWN = 0.7  # of that, rms, is left at most when it shows
 AUDIBLE = 0.05  # of the motion, rms, that must be left for that
 FAINT = 0.02  # of the strongest mode's swing: below, a partner is not looked for
+LADEN = 1.5  # of how far a load parts a pair as computed, that it may
 HELD_PERIODS = 2.0  # of the first mode, from which the start of a held-out take is fitted
 
 
@@ -115,7 +116,7 @@ def nearby(heard: Heard):
     ground = Recorded(heard.takes, heard.condition, heard.bodies, fitted)
     for wider in beside(ground, heard.free, heard.match):
         if wider[2][condition].modes[:-1] == heard.match.modes:
-            yield _heard(ground, heard.rings, _with_all(wider, heard.body, condition, heard.rings))
+            yield _heard(ground, heard.rings, _with_all(ground, wider, heard.rings))
 
 
 def _listened(body: Body, find_release) -> tuple[Recorded, tuple]:
@@ -143,7 +144,7 @@ def _whole(ground: Recorded, settled: tuple, rings: tuple):
     free, _, matches = settled
     first = matches[condition]
     if len(matches) > 1 or None in first.modes:
-        return _with_all(settled, body, condition, rings)
+        return _with_all(ground, settled, rings)
     tried, wider = None, None
     for alike in (WEAKER, WEAK):
         weak = weak_modes(free, body, first, alike)
@@ -156,10 +157,10 @@ def _whole(ground: Recorded, settled: tuple, rings: tuple):
         if alike < WEAK and excess(wider[0]) > LESS * excess(free):
             continue
         wider = _with_neighbour(ground, wider)
-        found = _with_all(wider, body, condition, rings)
+        found = _with_all(ground, wider, rings)
         if not astray(found[0], wider[0].frequency, wider[0].damping_ratio).any():
             return found
-    return _with_all(_with_neighbour(ground, settled), body, condition, rings)
+    return _with_all(ground, _with_neighbour(ground, settled), rings)
 
 
 def _with_neighbour(ground: Recorded, settled: tuple) -> tuple:
@@ -178,25 +179,34 @@ def _with_neighbour(ground: Recorded, settled: tuple) -> tuple:
     return settled
 
 
-def _with_all(settled: tuple, body: Body, condition: int, rings: tuple):
+def _with_all(ground: Recorded, settled: tuple, rings: tuple):
     free, turns, matches = settled
-    first, computed = matches[condition], body.modes.frequency
+    condition = ground.condition[ground.fitted[0]]
+    first, body = matches[condition], ground.bodies[condition]
     gaps = _gaps(first.modes, body)
-    paired, pair = has_twin(first.modes, computed), 0
+    paired, pair = has_twin(first.modes, body.modes.frequency), 0
     if not paired and gaps and is_even(body.bare):  # the strongest of the others with a partner
         swing = _swing(free)
         pair = max(gaps, key=lambda k: swing[k])
         paired = bool(swing[pair] > FAINT * swing.max())
-    setting = replace(
-        free.law.setting, paired=paired, pair=pair, pair_gap=gaps.get(pair, 0.0), gap=gaps.get(0)
-    )
+    setting = replace(free.law.setting, paired=paired, pair=pair, pair_gap=gaps.get(pair))
     free = replace(free, law=replace(free.law, setting=setting))
+    if len(matches) == 1:
+        free = _with_partners(free, gaps)
+        return with_further(free, first, body, rings), turns, first
     # what other loads part hides what belongs to one take
-    if len({free.law.pitch[i] for i in free.law.fitted}) > 1:
-        free = with_further(free, first, body, rings)
-        return _with_partners(free, gaps), turns, first
-    free = _with_partners(free, gaps)
-    return with_further(free, first, body, rings), turns, first
+    free = with_further(free, first, body, rings)
+    for c, match in matches.items():
+        if None not in match.modes:
+            free = _with_partners(
+                free, _gaps(match.modes, ground.bodies[c]), take=_first(ground, c)
+            )
+    return free, turns, first
+
+
+def _first(ground: Recorded, condition: int) -> int:
+    """The number, among the fitted takes, of the first one of a condition."""
+    return [ground.condition[i] for i in ground.fitted].index(condition)
 
 
 def _straightened(ground: Recorded, turns, index: int) -> Channels:
@@ -206,18 +216,19 @@ def _straightened(ground: Recorded, turns, index: int) -> Channels:
 
 
 def _gaps(modes, body: Body) -> dict[int, float]:
-    """How far the partner of each matched degenerate mode lies from it, relatively: as computed,
-    but without a load no further than the body is uneven, a pitch going with the root of a moment.
+    """How far the partner of each matched degenerate mode lies from it, relatively: as computed, or
+    half as far again where a load parts them, whose place and width are not known so well; without
+    a load no further than the body is uneven, a pitch going with the root of a moment.
     """
     frequency = body.modes.frequency
     able = turning(modes, frequency, 2 * PAIR)
     if not able:
         return {}
-    most = unevenness(body.bare) / 2 if body.model is body.bare else np.inf
-    return {
-        k: min(float(np.abs(np.delete(frequency, modes) / frequency[modes[k]] - 1).min()), most)
-        for k in able
-    }
+    apart = {k: np.abs(np.delete(frequency, modes) / frequency[modes[k]] - 1).min() for k in able}
+    if body.model is not body.bare:
+        return {k: LADEN * float(gap) for k, gap in apart.items()}
+    most = unevenness(body.bare) / 2
+    return {k: min(float(gap), most) for k, gap in apart.items()}
 
 
 def laid_bare(heard: Heard, found: TimeFit, effects: int) -> TimeFit:
@@ -232,10 +243,12 @@ def laid_bare(heard: Heard, found: TimeFit, effects: int) -> TimeFit:
     return with_further(found, heard.match, heard.body, at=len(found.law.effects) - effects)
 
 
-def _with_partners(found: TimeFit, gaps: dict[int, float], below: int = 0) -> TimeFit:
+def _with_partners(
+    found: TimeFit, gaps: dict[int, float], below: int = 0, take: int = 0
+) -> TimeFit:
     """The fit with the other direction of those degenerate modes that show it.
 
-    below: how many effects, the last ones, stay the last.
+    below: how many effects, the last ones, stay the last. take: as for `with_partner`.
     """
     swing = _swing(found)
     for k, gap in gaps.items():
@@ -245,7 +258,7 @@ def _with_partners(found: TimeFit, gaps: dict[int, float], below: int = 0) -> Ti
             found.law.setting, omega=2 * np.pi * found.frequency, zeta=found.damping_ratio
         )
         found = replace(found, law=replace(found.law, setting=setting))
-        wider = with_partner(found, k, gap)
+        wider = with_partner(found, k, gap, take)
         found = wider if wider is found or not below else sunk(wider, below)
     return found
 

@@ -60,14 +60,18 @@ def outsets(found: TimeFit, law: Law, some: list[Begin]) -> np.ndarray:
 
 
 def _asked(found: TimeFit, law: Law, some: list[Begin], choice: tuple[int, ...]) -> np.ndarray:
-    """(1 + parts, p) where to begin with the chosen thetas, and with parts of what is asked for."""
+    """(n, p) where to begin with the chosen thetas: with the rest as it is, and moved along, with
+    parts of the strengths that are asked for.
+    """
     effects = tuple(one.effect for one in some)
     thetas = [one.thetas[n] for one, n in zip(some, choice, strict=True)]
     _, nominal = extend(found, effects, thetas)
     able = [i for i, effect in enumerate(effects) if effect.scales]
-    if not able:
-        return nominal[None]
     picked = list(zip(some, choice, strict=True))
+    if not able:
+        moved = nominal.copy()
+        moved[: len(found.parameters)] += sum(one.taken[0, n] for one, n in picked)
+        return within(law, np.array([nominal, moved]))
     rest = found.residuals + sum(one.there[n] for one, n in picked)
     tangent = np.array([some[i].tangent[choice[i]] for i in able])
     times = -np.linalg.lstsq(tangent.T, rest, rcond=1e-10)[0]

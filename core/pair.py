@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .effects.partner import AT_BOUND, crossing, partner
+from .effects.partner import AT_BOUND, Where, crossing, partner
 from .law import Law, TimeFit, replace
 from .match import SPLIT
 from .refit import led, swapped, without
@@ -17,18 +17,27 @@ HINT = 0.5  # of that, which its columns could take before anything is searched
 FURTHER = (0.02, 0.06)  # beyond the gap, from where a pair that is split further is sought
 
 
-def with_partner(found: TimeFit, k: int, gap: float) -> TimeFit:
+def with_partner(found: TimeFit, k: int, gap: float, take: int = 0) -> TimeFit:
     """The fit with the partner of mode `k`, last among the effects, where it shows; else itself.
 
-    gap: how far, relatively, the body itself parts the pair. Where takes carry different
-    loads, the partner is that of the first one's body.
+    gap: how far, relatively, the body itself parts the pair. Where takes carry different loads,
+    the partner is that of the body in fitted take number `take`.
     """
-    takes = found.law.loaded_alike(0)
-    effect = partner(k, gap, takes)
+    at = _where(found, k, take)
+    effect = partner(at, gap)
     wider = _wider(found, effect)
     if not _shows(wider, found) or effect.veto(wider):
         return found
-    return found if _parts(wider, partner(k, SPLIT, takes), gap) else wider
+    return found if _parts(wider, partner(at, SPLIT), gap) else wider
+
+
+def _where(found: TimeFit, k: int, take: int) -> Where:
+    law = found.law
+    index = law.fitted[take]
+    pitch = law.pitch[index]
+    ratio = np.exp(found.parameters[2 * law.modes * pitch + k]) / found.frequency[k]
+    takes = law.loaded_alike(take)
+    return Where(k, pitch, law.condition[index], float(ratio), takes)
 
 
 def _parts(wider: TimeFit, freer, gap: float) -> bool:
@@ -44,15 +53,15 @@ def _parts(wider: TimeFit, freer, gap: float) -> bool:
 
 
 def across(found: TimeFit) -> TimeFit:
-    """The fit of a force on a degenerate first mode with what swings across it, where that shows.
+    """The fit of a force on a degenerate mode with what swings across it, where that shows.
 
     Turned to where the force acts, the pair is one mode that feels it and one that swings freely.
     """
     law = found.law
     told = found.chi2 < NOISY * found.samples
-    if told or law.setting.gap is None or any(e.layer == "pair" for e in law.effects):
+    if told or not _may_cross(law) or any(e.layer == "pair" for e in law.effects):
         return found
-    effect = crossing(0, law.setting.gap)
+    effect = _crossing(law)
     if not _hinted(found, effect):
         return found
     wider = _wider(found, effect)
@@ -66,7 +75,15 @@ def across(found: TimeFit) -> TimeFit:
 
 def crossed(law: Law) -> Law:
     """The law that `across` may put in the place of one with a force as its last effect."""
-    return replace(law, effects=(crossing(0, law.setting.gap), *law.effects))
+    return replace(law, effects=(_crossing(law), *law.effects))
+
+
+def _may_cross(law: Law) -> bool:
+    return law.setting.paired and law.setting.pair_gap is not None
+
+
+def _crossing(law: Law):
+    return crossing(law.setting.pair, law.setting.pair_gap)
 
 
 def _wider(found: TimeFit, effect, evaluations: int = 20) -> TimeFit:

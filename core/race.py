@@ -67,7 +67,7 @@ def begun(one: Try) -> Begun:
     """The search on the first shares of the record."""
     start, effect = one.start, one.effect
     begins = [one.begins[i] for i in unlike(effect, one.begins, one.promise)]
-    if effect.scales:
+    if effect.marched:
         places = outsets(start, one.law, [begin(start, effect, begins)])[: one.runners]
     else:
         some = begins[: one.runners]

@@ -55,8 +55,7 @@ class Setting:
     steps: int = FINE  # of a march, per period of the first mode
     paired: bool = True  # a mode has a degenerate partner that was not matched
     pair: int = 0  # of the modes, which one that is
-    pair_gap: float = 0.0  # relative, that the body itself parts the two by
-    gap: float | None = None  # the same of the first mode's; None: it has none, or not known
+    pair_gap: float | None = None  # relative, that the body itself parts the two by, if known
 
     def able(self, couples: np.ndarray, spread: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(n,) levers of the places that `couples` (K - 1,) may be, and (n, K - 1) those places.
@@ -214,24 +213,29 @@ def of_takes(takes: tuple):
     return (lambda setting, data: np.full(len(data.sigma), data.take in takes)) if takes else None
 
 
-def unlike_damping(found, k: int) -> float:
+def unlike_damping(found, k: int, pitch: int = 0) -> float:
     """By how much, at least, the last effect's damping ratio, its second number, is another than
-    that of mode k: the distance of their logarithms, less three of its standard deviations; 0 where
-    no mode has one.
+    that of mode k of takes with that `pitch` (as in the law): the distance of their logarithms,
+    less three of its standard deviations; 0 where no mode has one.
     """
     if found.law.damping == "none":
         return 0.0
-    z, own = found.theta[-1][0][1], max(found.damping_ratio[k], 1e-6)
+    at = found.law.modes * (2 * pitch + 1) + (k if found.law.damping == "free" else 0)
+    z, own = found.theta[-1][0][1], max(found.parameters[at], 1e-6)
     slope = np.zeros(len(found.parameters))
     slope[len(found.parameters) - len(found.theta[-1][0]) + 1] = 1 / z
-    slope[found.law.modes + (k if found.law.damping == "free" else 0)] = -1 / own
+    slope[at] = -1 / own
     variance = slope @ found.covariance @ slope * max(found.chi2 / found.samples, 1.0)
     return float(abs(np.log(z / own)) - FAINT * np.sqrt(max(variance, 0.0)))
 
 
-def companion(found, k: int) -> str:
-    """Why the last effect's columns are no motion of another direction than mode k; or ""."""
-    first = found.coefficients[:, k] / np.linalg.norm(found.coefficients[:, k])
+def companion(found, k: int, condition: int = 0) -> str:
+    """Why the last effect's columns are no motion of another direction than mode k; or "".
+
+    condition: whose shape of that mode counts, as in the law.
+    """
+    first = found.coefficients[:, k + found.law.own * condition]
+    first = first / np.linalg.norm(first)
     second = found.column_shapes()[-1]
     alike = ((first @ second) ** 2).sum() / max((second**2).sum(), 1e-300)
     return f"its shape is that of mode {k + 1}" if alike > SAME_SHAPE else ""

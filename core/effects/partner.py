@@ -1,9 +1,12 @@
 """The other direction of a degenerate pair: part of every symmetric body, not an effect.
 
-Law         a second motion at the pitch of mode k, with its own damping ratio and shape
+Law         a second motion at the pitch of mode k, with its own damping ratio and shape; with
+            other loads it lies elsewhere and moves otherwise, so those takes have one of their own
 Tells       the motion turns in an ellipse without beating
 Source      Rayleigh, The Theory of Sound, vol. 1, 221 a; a split beyond `SPREAD` is split_modes
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,7 +18,18 @@ AT_BOUND = 0.98  # of the most that it may part by
 SPREAD = 0.002  # relative: what meshing splits by
 
 
-def _split(found, k: int, gap: float) -> str:
+@dataclass(frozen=True)
+class Where:
+    """Whose motion it is: the partner of measured mode `k` in takes with one pitch."""
+
+    k: int
+    pitch: int = 0  # as in the law
+    condition: int = 0  # as in the law: whose shape of that mode
+    ratio: float = 1.0  # of the mode's pitch there over the first one's
+    takes: tuple = ()  # see `of_takes`
+
+
+def _split(found, at: Where, gap: float) -> str:
     """The mode's own pitch is fitted along, so only afterwards is it known how far they part.
 
     One that would part further than it may, and leaves something, is another one's too.
@@ -23,39 +37,39 @@ def _split(found, k: int, gap: float) -> str:
     split = found.theta[-1][0][0]
     if abs(split) > AT_BOUND * (gap + SPREAD) and found.chi2 > NOTHING * found.samples:
         return "its pitch is another one"
-    pitch = found.law.setting.omega[k] * (1 + split) / (2 * np.pi)
-    apart = abs(pitch / found.frequency[k] - 1)
-    return "its pitch is another one" if apart > gap + 2 * SPREAD else ""
+    pitch = found.law.setting.omega[at.k] * at.ratio * (1 + split) / (2 * np.pi)
+    own = np.exp(found.parameters[2 * found.law.modes * at.pitch + at.k])
+    return "its pitch is another one" if abs(pitch / own - 1) > gap + 2 * SPREAD else ""
 
 
-def _mimics(found, k: int, gap: float) -> str:
+def _mimics(found, at: Where, gap: float) -> str:
     """A pair that lies apart by itself may look alike from one side, and then leaves nothing."""
     if gap > SPREAD and found.chi2 < NOTHING * found.samples:
         return ""
-    return companion(found, k)
+    return companion(found, at.k, at.condition)
 
 
-def damped_alike(found, k: int) -> bool:
+def damped_alike(found, k: int, pitch: int = 0) -> bool:
     """Whether the last effect may be damped as mode k: one material, one pitch, one loss."""
-    return unlike_damping(found, k) < np.log(MOST)
+    return unlike_damping(found, k, pitch) < np.log(MOST)
 
 
-def _runaway(found, k: int) -> str:
-    return "" if damped_alike(found, k) else "its damping is another motion's"
+def _runaway(found, at: Where) -> str:
+    return "" if damped_alike(found, at.k, at.pitch) else "its damping is another motion's"
 
 
-def partner(k: int, gap: float = 0.0, takes: tuple = ()) -> Effect:
-    """The partner of measured mode `k`; theta = (split, damping ratio).
+def partner(at: Where, gap: float = 0.0) -> Effect:
+    """The partner of a mode; theta = (split, damping ratio).
 
-    `gap`: how far, relatively, the body itself parts the pair. takes: see `of_takes`.
+    `gap`: how far, relatively, the body itself parts the pair.
     """
 
     def columns(theta, setting, time, u):
-        omega = setting.omega[k] * (1 + theta[:, 0])[:, None]
+        omega = setting.omega[at.k] * at.ratio * (1 + theta[:, 0])[:, None]
         return ring(omega, theta[:, 1][:, None], time)
 
     return Effect(
-        name=f"partner of mode {k + 1}",
+        name=f"partner of mode {at.k + 1}",
         layer="pair",
         parameters=(),
         twins=(),
@@ -63,13 +77,13 @@ def partner(k: int, gap: float = 0.0, takes: tuple = ()) -> Effect:
         low=(-gap - SPREAD, 1e-4),
         high=(gap + SPREAD, 0.4),
         starts=lambda setting, residual: [
-            (split, float(np.clip(share * setting.zeta[k], 1e-3, 0.3)))
+            (split, float(np.clip(share * setting.zeta[at.k], 1e-3, 0.3)))
             for split, share in ((0.002 + gap, 0.8), (-0.002 - gap, 1.25))
         ],
         columns=columns,
         of_release=True,
-        channels=of_takes(takes),
-        veto=lambda found: _mimics(found, k, gap) or _runaway(found, k) or _split(found, k, gap),
+        channels=of_takes(at.takes),
+        veto=lambda found: _mimics(found, at, gap) or _runaway(found, at) or _split(found, at, gap),
     )
 
 

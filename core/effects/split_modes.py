@@ -29,7 +29,7 @@ def veto(found):
     at, own = len(found.parameters) - len(theta), found.covariance
     variance = own[at, at] + own[k, k] - 2 * own[at, k]  # of the split: logarithms of pitches
     spread = np.sqrt(max(variance * max(found.chi2 / found.samples, 1.0), 0.0))
-    if split - FAINT * spread < SPREAD + found.law.setting.pair_gap:
+    if split - FAINT * spread < SPREAD + (found.law.setting.pair_gap or 0.0):
         return "both may have one pitch"
     if not damped_alike(found, k):
         return "its damping is another motion's"

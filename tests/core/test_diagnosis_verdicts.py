@@ -411,6 +411,10 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             "large_amplitude", 67691, {"large_amplitude"}, 1.1,
             id="what bends one direction of a pair is no split",
         ),
+        pytest.param(
+            "dry_friction", 40351, {"dry_friction"}, 1.2,
+            id="a search for a rub begins with less damping than it makes",
+        ),
     ],
 )  # fmt: skip
 def test_what_was_planted_is_named_and_nothing_else(kind, seed, names, most, tmp_path):
@@ -492,6 +496,14 @@ def test_the_pitch_of_a_faint_mode_names_no_change_of_the_body(tmp_path):
 @pytest.mark.slow
 def test_a_weak_mode_that_is_but_a_share_of_a_loud_one_makes_nothing_of_nothing(tmp_path):
     make("null", 37058, tmp_path)  # its pitch runs into that of the loud one
+    diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
+    assert diagnosis["verdict"] == "adequate"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [85207, 85210])
+def test_a_pair_that_a_load_parts_in_one_take_has_a_partner_there(seed, tmp_path):
+    make("null", seed, tmp_path)
     diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
     assert diagnosis["verdict"] == "adequate"
 

@@ -204,11 +204,12 @@ def test_a_short_record_shows_coarse_wandering_only():
 
 @pytest.mark.parametrize(("split", "is_one"), [(0.0025, True), (0.00299, False)])
 def test_a_partner_that_parts_as_far_as_it_may_and_leaves_something_is_none(split, is_one):
-    effect, omega = partner.partner(0, 0.001), 2 * np.pi * np.array([5.0])
+    effect, omega = partner.partner(partner.Where(0), 0.001), 2 * np.pi * np.array([5.0])
+    law = {"setting": replace(setting(), omega=omega), "modes": 1, "own": 1, "damping": "free"}
     found = SimpleNamespace(
-        law=SimpleNamespace(setting=replace(setting(), omega=omega), modes=1, damping="free"),
+        law=SimpleNamespace(**law),
         theta=[np.array([[split, 0.02]])],
-        parameters=np.zeros(4),
+        parameters=np.array([np.log(5.0), 0.02, split, 0.02]),
         covariance=np.zeros((4, 4)),
         frequency=np.array([5.0]),
         damping_ratio=np.array([0.02]),
@@ -224,7 +225,7 @@ def test_a_partner_that_parts_as_far_as_it_may_and_leaves_something_is_none(spli
 def test_a_line_is_at_resonance_by_the_pitch_that_is_fitted_beside_it(pitch, is_one):
     """Where the drive beats with it, the pitch that was heard at first is the drive's."""
     found = SimpleNamespace(
-        law=SimpleNamespace(setting=replace(setting(), omega=2 * np.pi * np.array([5.0]))),
+        law=SimpleNamespace(setting=replace(setting(), omega=2 * np.pi * np.array([5.0])), own=1),
         theta=[np.array([[np.log(4.95)]])],
         frequency=np.array([pitch]),
         coefficients=np.array([[1.0], [0.5]]),

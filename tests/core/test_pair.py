@@ -22,7 +22,7 @@ def aslant(force, other=OTHER):
 
 def paired(found):
     """The same, of a body whose first mode has a partner that was not matched."""
-    setting = replace(found.law.setting, paired=True, gap=0.0)
+    setting = replace(found.law.setting, paired=True, pair_gap=0.0)
     return replace(found, law=replace(found.law, setting=setting))
 
 

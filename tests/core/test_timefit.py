@@ -207,6 +207,16 @@ def test_a_search_begins_the_way_that_what_is_left_asks_for(effect, force, asked
     assert after < nominal
 
 
+def test_a_search_for_a_rub_begins_with_less_damping_than_was_heard():
+    found = declared(channels(moved(Rub(0.03, 0.01))))
+    starts = [(0.03, np.log(0.01))]
+    law = one_more(found, dry_friction.EFFECT)
+    there = outsets(found, law, [begin(found, dry_friction.EFFECT, starts)])[0]
+    assert abs(there[1] - 0.02) < 0.5 * abs(found.damping_ratio[0] - 0.02)
+    after, nominal = misfits(law, np.array([there, [*found.parameters, *starts[0]]]))
+    assert after < 0.5 * nominal
+
+
 def one_more(found, effect):
     return replace(found.law, effects=(*found.law.effects, effect))
 
@@ -350,11 +360,12 @@ def split(by, z=0.02, *, sigma=(0.0, 0.0), left=1.0, across=True, flat=False):
         law=SimpleNamespace(
             setting=replace(setting(), towards=np.ones(1) if flat else None),
             modes=1,
+            own=1,
             damping="free",
         ),
         frequency=OMEGA / (2 * np.pi),
         damping_ratio=np.array([0.02]),
-        parameters=np.zeros(4),
+        parameters=np.r_[np.log(OMEGA / (2 * np.pi)), 0.02, by, z],
         covariance=np.diag([0.0, 0.0, *np.square(sigma)]),
         chi2=100.0 * left,
         samples=100,

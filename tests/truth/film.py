@@ -7,6 +7,8 @@ from scipy.interpolate import CubicSpline
 
 from . import reduced, scene
 
+SPAN = 1.0  # rad of the quickest swing that a step may hold: beyond 2.8 the scheme runs away
+
 
 @dataclass(eq=False)
 class Planted:
@@ -49,8 +51,8 @@ def shoot(stage: scene.Scene, planted: list, strengths: list) -> Film:
     for one in acting:
         if hasattr(one, "commit"):
             one.place = one.row @ state[: system.size]
-    top = max(stage.period, 1e-9)
-    per_frame = int(np.ceil(scene.STEPS / (top * stage.fps)))
+    rate = max(scene.STEPS / max(stage.period, 1e-9), quickest(system, state, acting) / SPAN)
+    per_frame = int(np.ceil(rate / stage.fps))
     step = 1 / (stage.fps * per_frame)
     count = int(stage.frames * stage.margin + 12) * per_frame
     track = reduced.run(system, state, step, count, acting)
@@ -63,6 +65,23 @@ def shoot(stage: scene.Scene, planted: list, strengths: list) -> Film:
         if p.film:
             film = p.film(s, film)
     return film
+
+
+def quickest(system, state, acting) -> float:
+    """rad/s that the steepest of the forces at nodes could make something swing with.
+
+    A node may go as far as all that is in the motion would bend the body there.
+    """
+    r = system.size
+    q, v = state[:r], state[r : 2 * r]
+    energy = (q @ system.K @ q + v @ system.M @ v) / 2
+    rates = [0.0]
+    for one in acting:
+        if hasattr(one, "steepest"):
+            reach = np.sqrt(2 * energy * (one.row @ np.linalg.solve(system.K, one.row)))
+            light = one.row @ np.linalg.solve(system.M, one.row)
+            rates.append(np.sqrt(one.steepest(reach) * light))
+    return max(rates)
 
 
 def model(stage, pairs) -> reduced.System:

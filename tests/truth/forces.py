@@ -1,7 +1,8 @@
 """Physical forces at nodes, in reduced coordinates. Each is -(something) against the motion.
 
 `row` (r,) is the motion of a node in one direction: its displacement is row . q, and a
-force F there does the generalized work row * F.
+force F there does the generalized work row * F. `steepest(reach)` is the most, N/m, by which a
+force at a node grows within `reach` m of its rest: what a step of the integrator must resolve.
 """
 
 from dataclasses import dataclass, field
@@ -18,6 +19,10 @@ class Spring:
 
     def force(self, q, v, t):
         return -self.row * self.law(self.row @ q)
+
+    def steepest(self, reach):
+        x = np.linspace(-reach, reach, 401)
+        return float(np.abs(np.gradient([self.law(place) for place in x], x)).max())
 
 
 @dataclass(eq=False)
@@ -42,6 +47,9 @@ class Rub:
 
     def commit(self, q, v, t):
         self.held, self.place = self.pull(q, v), self.row @ q
+
+    def steepest(self, reach):
+        return self.bristle
 
 
 @dataclass(eq=False)
@@ -93,3 +101,6 @@ class Touch:
         if any(a <= t < b for a, b in self.spells):
             return -self.row * (self.stiffness * (self.row @ q) + self.damping * (self.row @ v))
         return 0 * self.row
+
+    def steepest(self, reach):
+        return self.stiffness

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import trapezoid
 from scipy.special import ellipk
 
-from tests.truth import bodies, forces, linear_fit, plant_body, reduced, scene, solid
+from tests.truth import bodies, film, forces, linear_fit, plant_body, reduced, scene, solid
 
 RUBBER = {"density": 1000.0, "poisson": 0.3}
 
@@ -149,6 +149,27 @@ def test_dry_friction_takes_four_times_the_force_over_the_stiffness_each_cycle()
     peaks = tops(x)
     assert (peaks[:-2] - peaks[2:])[:12] == pytest.approx(4 * force / w**2, rel=0.03)
     assert np.ptp(x[-3000:]) < 2 * force / w**2 * 1.05  # dead stop
+
+
+def test_a_stiff_rub_on_soft_stuff_holds_still_what_moves_less_than_it_can_hold():
+    """The stuff round the node is light and yields: its own swing on the bristle is a quick one."""
+    slow, light = (2 * np.pi * np.array([7.0, 325.0])) ** 2
+    system = reduced.System(
+        np.eye(3, 2), np.eye(2), np.diag([0.2, 800.0]), np.diag([slow, light]), np.zeros(2),
+        np.zeros(2),
+    )  # fmt: skip
+    row = np.array([1.8, 140.0])
+    rub = forces.Rub(row, lambda speed: 0.05, 3400.0, place=row @ [3e-5, 0.0])
+    start = np.array([3e-5, 0.0, 0.0, 0.0])
+    rate = film.quickest(system, start, [rub]) / film.SPAN
+    track = reduced.run(system, start, 1 / rate, int(rate), [rub])
+    moved = np.abs(track.q @ row - track.q[0] @ row).max()
+    assert moved < 0.05 / 3400  # no slip
+    ups = np.diff(track.time[1:][np.diff(np.sign(track.q[:, 0] - track.q[-1000:, 0].mean())) > 0])
+    stiff = np.diag([slow, light]) + 3400 * np.outer(row, row)
+    assert 1 / ups.mean() == pytest.approx(
+        np.sqrt(np.linalg.eigvalsh(stiff)[0]) / 2 / np.pi, rel=0.01
+    )
 
 
 def test_quadratic_drag_takes_a_share_that_grows_with_amplitude():
