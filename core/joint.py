@@ -198,9 +198,8 @@ def _with_all(ground: Recorded, settled: tuple, rings: tuple):
     free = with_further(free, first, body, rings)
     for c, match in matches.items():
         if None not in match.modes:
-            free = _with_partners(
-                free, _gaps(match.modes, ground.bodies[c]), take=_first(ground, c)
-            )
+            parted = _gaps(match.modes, ground.bodies[c])
+            free = _with_partners(free, parted, take=_first(ground, c))
     return free, turns, first
 
 
