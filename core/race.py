@@ -25,7 +25,7 @@ HORIZONS = (0.15, 0.3, HALF, 0.7, 1.0)  # shares of the fitted part: a phase mus
 PERIODS = 2.0  # of the first mode that a share must hold
 WORTH = 0.4  # of the best one's gain by half of the record, or of what two effects must tell there
 LEAST = 0.02  # of the misfit beyond noise there, that it gains
-EARLY = 0.25  # of all that two effects must tell, from which half of the record shows whether
+EARLY = 0.25  # of all that is to be told, from which half of the record shows who tells it
 TOLD = (
     20.0  # misfit that the best one gains there at least; less, and half does not tell them apart
 )
@@ -98,8 +98,8 @@ def ended(one: Try, begun: Begun) -> TimeFit:
 
 def worth(tries: list[Try], bare: TimeFit | None = None) -> list[tuple[Try, Begun]]:
     """The searches that are worth their end, with where they stand: those that by half of the
-    record gain a fair share of what the best one from the same fit does. What is not marched has
-    not begun, and goes on.
+    record gain a fair share of what the best one from the same fit does, where enough of what is
+    left stands there. What is not marched has not begun, and goes on.
 
     bare: the fit without either effect where two are to tell all that it leaves beyond noise; what
     tells too little of that by half of the record does not go on, where enough of it stands there.
@@ -126,7 +126,8 @@ def worth(tries: list[Try], bare: TimeFit | None = None) -> list[tuple[Try, Begu
             return False
         was = before[one.start]
         most, over = was - least[one.start], was - HALF * one.start.samples
-        if most < TOLD:
+        late = over < EARLY * (one.start.chi2 - one.start.samples)
+        if late or most < TOLD:
             return True
         return was - now.misfit >= max(WORTH * most, LEAST * over)
 

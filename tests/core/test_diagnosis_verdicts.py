@@ -415,6 +415,10 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             "dry_friction", 40351, {"dry_friction"}, 1.2,
             id="a search for a rub begins with less damping than it makes",
         ),
+        pytest.param(
+            "dry_friction", 61501, {"dry_friction"}, 1.2,
+            id="what shows late is not judged by half of the record",
+        ),
     ],
 )  # fmt: skip
 def test_what_was_planted_is_named_and_nothing_else(kind, seed, names, most, tmp_path):
