@@ -19,6 +19,7 @@ SPLIT = 0.15  # relative, up to which a degenerate pair is one that `split_modes
 PARTED = 0.006  # relative, of a computed pair: less may be what meshing makes of one pitch
 ACROSS = 0.3  # MAC below which two motions have other directions
 CREEPING = 0.25  # damping ratio from which a pole is a mean that wanders, and no fold
+ALIKE = 2.0  # ratio of damping ratios of two modes of one body, less than which is usual
 FOLDED = 5.0  # likeness in shape that one of relative pitch weighs, for a folded mode
 LEAST = 0.35  # likeness, less the difference in pitch, from which a mode is known
 HARMONIC = 0.04  # relative distance below which a pole is an overtone of a nonlinear mode
@@ -150,12 +151,21 @@ def _partner(one, taken, modes, computed):
         plain = {
             j: alike[j] - FOLDED * abs(unfolded(f, frequency[j], rate) / frequency[j] - 1)
             for j in free
-            if is_folded(f, frequency[j], rate) and z < CREEPING
+            if is_folded(f, frequency[j], rate)
+            and (z < CREEPING or _damped_alike(one, unfolded(f, frequency[j], rate), taken[0]))
         }
     found = max(plain, key=plain.get, default=None)
     if found is None or plain[found] <= LEAST:
         return None, 0.0
     return found, plain[found]
+
+
+def _damped_alike(one, pitch: float, first) -> bool:
+    """Whether a pole seen at a fold of `pitch` dies as fast as a mode there that is damped as the
+    first one: near nought a fold looks heavily damped.
+    """
+    f, _, z = one
+    return abs(np.log(z * f / pitch / first[2])) < np.log(ALIKE)
 
 
 def _may_pair(one, j: int, taken, modes, frequency: np.ndarray) -> bool:

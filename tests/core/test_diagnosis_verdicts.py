@@ -419,6 +419,10 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             "dry_friction", 61501, {"dry_friction"}, 1.2,
             id="what shows late is not judged by half of the record",
         ),
+        pytest.param(
+            "aliasing", 61503, {"aliasing"}, 1.2,
+            id="a fold near nought looks heavily damped",
+        ),
     ],
 )  # fmt: skip
 def test_what_was_planted_is_named_and_nothing_else(kind, seed, names, most, tmp_path):
