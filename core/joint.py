@@ -35,7 +35,7 @@ LESS = 0.5  # of that, rms, is then left at most
 SHOWN = 0.7  # of that, rms, is left at most when it shows
 AUDIBLE = 0.05  # of the motion, rms, that must be left for that
 FAINT = 0.02  # of the strongest mode's swing: below, a partner is not looked for
-LADEN = 1.5  # of how far a load parts a pair as computed, that it may
+LADEN = 1.5  # of how far a load parts a pair as computed: its place and width are not sure
 HELD_PERIODS = 2.0  # of the first mode, from which the start of a held-out take is fitted
 
 
@@ -198,12 +198,14 @@ def _with_all(ground: Recorded, settled: tuple, rings: tuple):
     free = with_further(free, first, body, rings)
     for c, match in matches.items():
         if None not in match.modes:
-            parted = _gaps(match.modes, ground.bodies[c])
-            free = _with_partners(free, parted, take=_first(ground, c))
+            take = _first_take(ground, c)
+            wide = LADEN if ground.takes[ground.fitted[take]].take.loads else 1.0
+            parted = {k: wide * gap for k, gap in _gaps(match.modes, ground.bodies[c]).items()}
+            free = _with_partners(free, parted, take=take)
     return free, turns, first
 
 
-def _first(ground: Recorded, condition: int) -> int:
+def _first_take(ground: Recorded, condition: int) -> int:
     """The number, among the fitted takes, of the first one of a condition."""
     return [ground.condition[i] for i in ground.fitted].index(condition)
 
@@ -215,24 +217,24 @@ def _straightened(ground: Recorded, turns, index: int) -> Channels:
 
 
 def _gaps(modes, body: Body) -> dict[int, float]:
-    """How far the partner of each matched degenerate mode lies from it, relatively: as computed, or
-    half as far again where a load parts them, whose place and width are not known so well; without
-    a load no further than the body is uneven, a pitch going with the root of a moment.
+    """How far the partner of each matched degenerate mode lies from it, relatively: as computed,
+    but without a load no further than the body is uneven, a pitch going with the root of a moment.
     """
     frequency = body.modes.frequency
     able = turning(modes, frequency, 2 * PAIR)
     if not able:
         return {}
-    apart = {k: np.abs(np.delete(frequency, modes) / frequency[modes[k]] - 1).min() for k in able}
-    if body.model is not body.bare:
-        return {k: LADEN * float(gap) for k, gap in apart.items()}
-    most = unevenness(body.bare) / 2
-    return {k: min(float(gap), most) for k, gap in apart.items()}
+    most = unevenness(body.bare) / 2 if body.model is body.bare else np.inf
+    return {
+        k: min(float(np.abs(np.delete(frequency, modes) / frequency[modes[k]] - 1).min()), most)
+        for k in able
+    }
 
 
 def laid_bare(heard: Heard, found: TimeFit, effects: int) -> TimeFit:
     """The fit with the body's modes that its last so many effects lay bare: other directions of
-    degenerate modes where the camera alone is at fault (a force has `across`), and further modes.
+    degenerate modes where the camera alone is at fault (a force has `across`), in takes with the
+    first one's loads, and further modes.
     """
     own = found.law.effects[-effects:]
     known = any(e.layer == "pair" for e in found.law.effects)

@@ -102,11 +102,11 @@ class TimeFit:
         a, b, _ = self.law.sizes()
         return split_inner(self.law, self.parameters[None, a + b :])
 
-    def column_shapes(self) -> list[np.ndarray]:
-        """(C, q) of every effect, from the first fitted take; q may be 0."""
+    def column_shapes(self, take: int = 0) -> list[np.ndarray]:
+        """(C, q) of every effect, from fitted take number `take`; q may be 0."""
         law = self.law
         each = widths(law)
-        at = law.own * law.conditions + 1
+        at = law.own * law.conditions + take * (1 + sum(each)) + 1
         out = {}
         for effect in with_columns(law):
             width = each[law.effects.index(effect)]

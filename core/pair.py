@@ -3,7 +3,7 @@
 import numpy as np
 
 from .effects.partner import AT_BOUND, Where, crossing, partner
-from .law import Law, TimeFit, replace
+from .law import Law, TimeFit, replace, unpack
 from .match import SPLIT
 from .refit import led, swapped, without
 from .residual import NOISY
@@ -34,10 +34,16 @@ def with_partner(found: TimeFit, k: int, gap: float, take: int = 0) -> TimeFit:
 def _where(found: TimeFit, k: int, take: int) -> Where:
     law = found.law
     index = law.fitted[take]
-    pitch = law.pitch[index]
-    ratio = np.exp(found.parameters[2 * law.modes * pitch + k]) / found.frequency[k]
-    takes = law.loaded_alike(take)
-    return Where(k, pitch, law.condition[index], float(ratio), takes)
+    omega, zeta, _, _ = unpack(law, found.parameters[None], take)
+    return Where(
+        k,
+        float(omega[0, k] / (2 * np.pi)),
+        float(zeta[0, k]),
+        take,
+        law.pitch[index],
+        law.condition[index],
+        law.loaded_alike(take),
+    )
 
 
 def _parts(wider: TimeFit, freer, gap: float) -> bool:

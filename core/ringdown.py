@@ -24,7 +24,7 @@ ROUNDS = 3  # of looking for an earlier beginning with the poles that the last o
 PERIODS = 3  # after an instant, that must look like ringing for it to be free
 ROUGH = 2.5  # misfit over that of motion surely free, above which an instant is not
 COARSE = 0.03  # of the motion: a misfit below it may be modes too brief to be known
-STEEP = 1.8  # by which a misfit grows from a frame to the one before it, that no mode's does
+STEEP = 1.8  # growth of a misfit from a frame to the one before it, where an object was held still
 SIGMAS = 4.0  # the same where the misfit is no more than noise
 
 
@@ -147,9 +147,12 @@ def _earlier(even: np.ndarray, settled: int, last: int, period: int) -> int:
     chance = 1 + SIGMAS / np.sqrt(2 * near * even.shape[1])
     allowed = chance if usual < chance else ROUGH * usual
     coarse = COARSE * float(np.sqrt(np.mean(np.var(free[:reach], axis=0))))
-    sudden = np.r_[misfit[:-1] > STEEP * misfit[1:], False]
-    beyond = (misfit > allowed) & ((misfit > coarse) | sudden)
-    bad = np.flatnonzero(beyond & (starts < settled))
+    over = (misfit > allowed) & (starts < settled)
+    held = over & (misfit > coarse)
+    sudden = over & np.r_[misfit[:-1] > STEEP * misfit[1:], False]
+    last_held = np.flatnonzero(held)[-1] if held.any() else -1
+    sudden[last_held + near // 2 + 1 :] = False
+    bad = np.flatnonzero(held | sudden)
     return int(starts[bad[-1] + 1]) if len(bad) else int(starts[0])
 
 

@@ -229,14 +229,14 @@ def unlike_damping(found, k: int, pitch: int = 0) -> float:
     return float(abs(np.log(z / own)) - FAINT * np.sqrt(max(variance, 0.0)))
 
 
-def companion(found, k: int, condition: int = 0) -> str:
+def companion(found, k: int, condition: int = 0, take: int = 0) -> str:
     """Why the last effect's columns are no motion of another direction than mode k; or "".
 
-    condition: whose shape of that mode counts, as in the law.
+    condition, take: whose shape of that mode counts, and whose columns, as in the law.
     """
     first = found.coefficients[:, k + found.law.own * condition]
     first = first / np.linalg.norm(first)
-    second = found.column_shapes()[-1]
+    second = found.column_shapes(take)[-1]
     alike = ((first @ second) ** 2).sum() / max((second**2).sum(), 1e-300)
     return f"its shape is that of mode {k + 1}" if alike > SAME_SHAPE else ""
 

@@ -1,6 +1,7 @@
-"""A rubbing contact: a force of constant size against the motion, after a little elastic slip.
+"""A rubbing contact: a force of constant size against the motion, after some elastic slip.
 
-Law         f = -F z, z' = x'/d while |z| < 1 (Jenkins element: a spring of travel d and a slider)
+Law         f = -F z, z' = x'/d while |z| < 1 (Jenkins element: a spring of travel d and a slider;
+            the body gives way where it is rubbed, and that is part of d)
 Tells       the envelope falls by the same amount each cycle, a dead stop, an offset that stays
 Looks like  air_drag of negative sign with more damping; stiffness_drift for a short record
 Source      Iwan, J. Appl. Mech. 33 (1966) 893; Rayleigh, The Theory of Sound, vol. 1, 46
@@ -39,7 +40,7 @@ EFFECT = Effect(
     twins=("air_drag",),
     settle="film until it stands still, and once with the suspected place lifted or oiled",
     low=(0.0, np.log(2e-4)),
-    high=(0.5, np.log(5.0)),
+    high=(0.5, np.log(5.0)),  # a place may move more than the reference in mode 1 does
     starts=lambda setting, residual: [
         (0.001, np.log(0.005)),
         (0.01, np.log(0.01)),

@@ -20,12 +20,14 @@ SPREAD = 0.002  # relative: what meshing splits by
 
 @dataclass(frozen=True)
 class Where:
-    """Whose motion it is: the partner of measured mode `k` in takes with one pitch."""
+    """Whose partner it is: that of measured mode `k` in takes that carry the same loads."""
 
     k: int
-    pitch: int = 0  # as in the law
+    frequency: float  # Hz of the mode there
+    damping_ratio: float
+    take: int = 0  # the first of those among the fitted ones
+    pitch: int = 0  # theirs, as in the law
     condition: int = 0  # as in the law: whose shape of that mode
-    ratio: float = 1.0  # of the mode's pitch there over the first one's
     takes: tuple = ()  # see `of_takes`
 
 
@@ -37,16 +39,16 @@ def _split(found, at: Where, gap: float) -> str:
     split = found.theta[-1][0][0]
     if abs(split) > AT_BOUND * (gap + SPREAD) and found.chi2 > NOTHING * found.samples:
         return "its pitch is another one"
-    pitch = found.law.setting.omega[at.k] * at.ratio * (1 + split) / (2 * np.pi)
     own = np.exp(found.parameters[2 * found.law.modes * at.pitch + at.k])
-    return "its pitch is another one" if abs(pitch / own - 1) > gap + 2 * SPREAD else ""
+    apart = abs(at.frequency * (1 + split) / own - 1)
+    return "its pitch is another one" if apart > gap + 2 * SPREAD else ""
 
 
 def _mimics(found, at: Where, gap: float) -> str:
     """A pair that lies apart by itself may look alike from one side, and then leaves nothing."""
     if gap > SPREAD and found.chi2 < NOTHING * found.samples:
         return ""
-    return companion(found, at.k, at.condition)
+    return companion(found, at.k, at.condition, at.take)
 
 
 def damped_alike(found, k: int, pitch: int = 0) -> bool:
@@ -65,11 +67,11 @@ def partner(at: Where, gap: float = 0.0) -> Effect:
     """
 
     def columns(theta, setting, time, u):
-        omega = setting.omega[at.k] * at.ratio * (1 + theta[:, 0])[:, None]
+        omega = 2 * np.pi * at.frequency * (1 + theta[:, 0])[:, None]
         return ring(omega, theta[:, 1][:, None], time)
 
     return Effect(
-        name=f"partner of mode {at.k + 1}",
+        name=f"partner of mode {at.k + 1}" + (f" with loads {at.pitch + 1}" if at.pitch else ""),
         layer="pair",
         parameters=(),
         twins=(),
@@ -77,7 +79,7 @@ def partner(at: Where, gap: float = 0.0) -> Effect:
         low=(-gap - SPREAD, 1e-4),
         high=(gap + SPREAD, 0.4),
         starts=lambda setting, residual: [
-            (split, float(np.clip(share * setting.zeta[at.k], 1e-3, 0.3)))
+            (split, float(np.clip(share * at.damping_ratio, 1e-3, 0.3)))
             for split, share in ((0.002 + gap, 0.8), (-0.002 - gap, 1.25))
         ],
         columns=columns,

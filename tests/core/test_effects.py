@@ -204,7 +204,7 @@ def test_a_short_record_shows_coarse_wandering_only():
 
 @pytest.mark.parametrize(("split", "is_one"), [(0.0025, True), (0.00299, False)])
 def test_a_partner_that_parts_as_far_as_it_may_and_leaves_something_is_none(split, is_one):
-    effect, omega = partner.partner(partner.Where(0), 0.001), 2 * np.pi * np.array([5.0])
+    effect, omega = partner.partner(partner.Where(0, 5.0, 0.02), 0.001), 2 * np.pi * np.array([5.0])
     law = {"setting": replace(setting(), omega=omega), "modes": 1, "own": 1, "damping": "free"}
     found = SimpleNamespace(
         law=SimpleNamespace(**law),
@@ -214,7 +214,7 @@ def test_a_partner_that_parts_as_far_as_it_may_and_leaves_something_is_none(spli
         frequency=np.array([5.0]),
         damping_ratio=np.array([0.02]),
         coefficients=np.array([[1.0], [0.0]]),
-        column_shapes=lambda: [np.array([[0.0, 0.0], [1.0, 1.0]])],
+        column_shapes=lambda take=0: [np.array([[0.0, 0.0], [1.0, 1.0]])],
         chi2=300.0,
         samples=100,
     )
@@ -229,7 +229,7 @@ def test_a_line_is_at_resonance_by_the_pitch_that_is_fitted_beside_it(pitch, is_
         theta=[np.array([[np.log(4.95)]])],
         frequency=np.array([pitch]),
         coefficients=np.array([[1.0], [0.5]]),
-        column_shapes=lambda: [np.array([[1.0, 0.2], [0.5, 0.1]])],
+        column_shapes=lambda take=0: [np.array([[1.0, 0.2], [0.5, 0.1]])],
         chi2=300.0,
         samples=100,
     )

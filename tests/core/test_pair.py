@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from core.effects import contact, large_amplitude
-from core.pair import across, crossed
+from core.effects.base import companion
+from core.pair import across, crossed, with_partner
 from core.timefit import as_it_stands
 from tests.core.test_simulate import AMPLITUDE
-from tests.core.test_timefit import SHAPE, TIME, Stop, W, channels, declared, moved, raced
+from tests.core.test_timefit import NOISE, SHAPE, TIME, Stop, W, channels, declared, moved, raced
 
 OTHER = np.array([0.8, 0.7, -0.1, 0.4])  # how the markers show the other direction
 
@@ -65,9 +66,46 @@ def test_nothing_is_taken_across_where_the_force_tells_all():
 def test_nothing_is_taken_across_where_no_force_acts():
     """The other direction swings a little aside in pitch, which the mode alone cannot follow."""
     aside = np.exp(-0.02 * W * TIME) * np.cos(1.002 * W * TIME + 1.2)
-    values = moved() + AMPLITUDE * np.outer(aside, [0.1, -0.5, 1.0, 0.7])
+    values = moved() + AMPLITUDE * np.outer(aside, ASIDE)
     found = paired(declared(channels(values)))
     both = raced(found, contact.ABOVE)
     alone = raced(declared(channels(values)), contact.ABOVE)
     assert alone.chi2 > 2 * alone.samples
     assert [e.name for e in both.law.effects] == ["contact"]
+
+
+class Laden:
+    """A take that is no other one."""
+
+    held_out = False
+
+    def __init__(self, take):
+        self.recording = take.recording
+
+
+ASIDE = np.array([0.1, -0.5, 1.0, 0.7])
+
+
+@pytest.mark.parametrize(("shape", "is_another"), [(ASIDE, True), (SHAPE, False)])
+def test_a_pair_that_a_load_parts_has_a_partner_in_that_take_alone(shape, is_another):
+    """With the load both are lower, and 1.5 % apart."""
+
+    def rings(pitch, phase):
+        omega = pitch * W
+        fall = np.exp(-0.02 * omega * TIME)
+        return AMPLITUDE * fall * np.cos(omega * np.sqrt(1 - 0.02**2) * TIME + phase)
+
+    noise = np.random.default_rng(3).standard_normal((2, len(TIME), len(SHAPE)))
+    values = np.outer(rings(0.9, 0.0), SHAPE) + np.outer(rings(0.9 * 1.015, 1.2), shape)
+    bare = channels(np.outer(rings(1.0, 0.0), SHAPE) + NOISE * noise[0])
+    laden = channels(values + NOISE * noise[1])
+    found = declared(bare, replace(laden, take=Laden(laden.take)), condition=(0, 1))
+    assert with_partner(found, 0, 0.02) is found
+    wider = with_partner(found, 0, 0.02, take=1)
+    assert wider.chi2 < 1.1 * wider.samples
+    assert (companion(wider, 0, condition=1, take=1) == "") is is_another
+    ((split, damping_ratio),) = wider.theta[-1]
+    if is_another:
+        parted = np.exp(found.parameters[2] - wider.parameters[2]) * (1 + split)
+        assert abs(parted - 1) == pytest.approx(0.015, abs=0.002)
+        assert damping_ratio == pytest.approx(0.02, rel=0.1)

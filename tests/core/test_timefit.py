@@ -370,7 +370,7 @@ def split(by, z=0.02, *, sigma=(0.0, 0.0), left=1.0, across=True, flat=False):
         chi2=100.0 * left,
         samples=100,
         coefficients=np.array([[1.0], [0.0 if across else 0.5]]),
-        column_shapes=lambda: [np.array(second)],
+        column_shapes=lambda take=0: [np.array(second)],
     )
 
 

@@ -70,7 +70,8 @@ def shoot(stage: scene.Scene, planted: list, strengths: list) -> Film:
 def quickest(system, state, acting) -> float:
     """rad/s that the steepest of the forces at nodes could make something swing with.
 
-    A node may go as far as all that is in the motion would bend the body there.
+    A node may go as far as all that is in the motion at first would bend the body there; what is
+    fed in later is not counted.
     """
     r = system.size
     q, v = state[:r], state[r : 2 * r]

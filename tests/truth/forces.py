@@ -21,7 +21,7 @@ class Spring:
         return -self.row * self.law(self.row @ q)
 
     def steepest(self, reach):
-        x = np.linspace(-reach, reach, 401)
+        x = max(reach, 1e-9) * np.linspace(-1, 1, 401)
         return float(np.abs(np.gradient([self.law(place) for place in x], x)).max())
 
 

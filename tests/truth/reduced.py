@@ -3,7 +3,8 @@
     M q'' + C q' + K q = f(q, q', t),   u = V q
 
 The linear part is advanced by the exact matrix exponential, the forces by Lawson's fourth-order
-Runge-Kutta scheme (SIAM J. Numer. Anal. 4, 1967). At least 200 steps a period.
+Runge-Kutta scheme (SIAM J. Numer. Anal. 4, 1967). At least 200 steps a period, more
+where a force at a node is stiff (`film.quickest`).
 """
 
 from dataclasses import dataclass
