@@ -1,15 +1,20 @@
-"""What the camera does to a recording that the time layer cannot tell: folds and a near lens."""
+"""What the camera does to a recording that the time layer cannot tell: folds, a near lens, and rows
+exposed one after another where the motion is a degenerate pair's.
+"""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .dac import SURE
+from .data import poles
 from .diagnosis import MATERIAL, Verdict
-from .effects import perspective
+from .effects import perspective, rolling_shutter
+from .effects.partner import is_of
+from .effects.rolling_shutter import Ellipse
 from .joint import Heard
-from .law import TimeFit
-from .match import true_pitches
+from .law import TimeFit, unpack
+from .match import PAIR, true_pitches
 from .report import estimate
 from .residual import errors, motion_rms, nrmse
 from .tell import inflation
@@ -26,9 +31,9 @@ class Seen:
 
 def camera_effects(heard: Heard, verdict: Verdict) -> list[Seen]:
     """What the camera does that the final fit and the rest places show: a fold, the strongest
-    where there are more, and a near lens.
+    where there are more, a near lens, and rows that lag.
     """
-    return [*_folded(heard, verdict.final), *_near(heard, verdict)]
+    return [*_folded(heard, verdict.final), *_near(heard, verdict), *_late(heard, verdict.final)]
 
 
 def true_frequency(heard: Heard, found: TimeFit) -> np.ndarray:
@@ -107,3 +112,65 @@ def _near(heard: Heard, verdict: Verdict) -> list[Seen]:
         "twins": [],
     }
     return [Seen(told, MATERIAL, errors(final))]
+
+
+def _late(heard: Heard, found: TimeFit) -> list[Seen]:
+    law, shutter = found.law, rolling_shutter.EFFECT
+    there = any(effect.name == shutter.name for effect in law.effects)
+    turning = [k for k in law.turning if heard.match.modes[k] is not None]
+    if there or not turning or shutter.requires(law.setting, [law.takes[i] for i in law.fitted]):
+        return []
+    k = max(turning, key=lambda n: found.swings[n])
+    alike = [
+        n for n, i in enumerate(law.fitted) if law.condition[i] == law.condition[law.fitted[0]]
+    ]
+    ellipses = [_ellipse(heard, found, k, take) for take in alike]
+    told = rolling_shutter.lag(ellipses)
+    if told is None or not told.certain:
+        return []
+    without, changes = list(found.predicted), []
+    for take, one in zip(alike, ellipses, strict=True):
+        index = law.fitted[take]
+        data = law.takes[index]
+        on = ~data.support
+        wave = np.exp(one.pole * data.time)[:, None] * (one.nearest(0.0) - one.amplitude)
+        change = np.zeros_like(data.values)
+        change[:, on] = wave.real * data.sigma[on]
+        without[index] = without[index] + change
+        changes.append((wave.real)[data.fit])
+    share = np.sqrt(np.mean(np.concatenate(changes) ** 2)) / motion_rms(law.takes)
+    half = SURE * told.sigma
+    readout = estimate(told.readout, told.readout - half, told.readout + half, "s")
+    effect = {
+        "name": shutter.name,
+        "parameters": {"readout": readout},
+        "probability": 1.0,
+        "twins": [],
+    }
+    before = nrmse(law.takes, without, True), nrmse(law.takes, without, False)
+    return [Seen(effect, float(share), before)]
+
+
+def _ellipse(heard: Heard, found: TimeFit, k: int, take: int) -> Ellipse:
+    """How mode k swings in a fitted take, with its partner."""
+    law = found.law
+    data, condition = law.takes[law.fitted[take]], law.condition[law.fitted[take]]
+    body, on, first = heard.bodies[condition], ~data.support, law.own * condition
+    omega, _, ((moved, speed),), _ = unpack(law, found.parameters[None], take)
+    pole = complex(poles(found.frequency[k], found.damping_ratio[k]))
+    start = moved[k] + 1j * (pole.real * moved[k] - speed[k]) / pole.imag
+    amplitude = start * found.coefficients[:, first + k]
+    if k in law.turning:
+        across = found.coefficients[:, first + law.modes + law.turning.index(k)]
+        amplitude = amplitude + start * across * pole / omega[0, k]
+    for effect, shape in zip(law.effects, found.column_shapes(take), strict=True):
+        if is_of(effect, k):
+            amplitude = amplitude + shape[:, 0] - 1j * shape[:, 1]
+    own = body.modes.frequency
+    pair = np.abs(own / own[heard.match.modes[k]] - 1) < 2 * PAIR
+    return Ellipse(
+        (amplitude / data.sigma)[on],
+        (body.seen(data)[pair] / data.sigma)[:, on],
+        data.row[on],
+        pole,
+    )

@@ -11,6 +11,7 @@ from .harmonic_inversion import invert
 from .law import TimeFit
 from .match import ACROSS, HARMONIC, SPLIT, Match, mac
 from .residual import QUIET
+from .settle import displaced
 from .timefit import extend, fit
 
 APART = 0.03  # relative, from every known pitch
@@ -60,7 +61,7 @@ def with_further(
             break
         wider, kept = _staying(found, effects, len(found.law.effects) if at is None else at)
         price = (wider.unknowns - found.unknowns) * np.log(wider.samples)
-        if not kept or found.chi2 - wider.chi2 < price + EVIDENCE * kept:
+        if not kept or found.chi2 - wider.chi2 < price + EVIDENCE * kept or displaced(wider, found):
             break
         found = wider
     return found

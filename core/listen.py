@@ -12,7 +12,9 @@ from .shutter import at_once
 
 ROUNDED = 0.01  # of a frame that a written instant may be beside one
 ENOUGH = 12  # frames, of which one may be left out
-OFF, HELD = 1.5, 0.5  # noise, rms, that is more than noise; share of it that one frame must make
+FIRST = 3  # frames at most that have still seen the object held
+OFF, HELD = 3.0, 0.5  # noise, rms, that such a frame is off by; share of what is left that it makes
+BRIEF = 1.0  # decay (nepers) in a frame, of a pole that stands for such a frame
 PERIODS = 2.0  # of the lowest mode that a recording must hold
 
 
@@ -31,13 +33,7 @@ def listen(take: Take, find_release) -> tuple[Channels, RingDown]:
         free_motion(take, window, np.ones(values.shape[1]))
     noise = np.maximum(noise_floor(time, values), 1e-12 * np.nanstd(values) + 1e-300)
     data = free_motion(take, window, noise)
-    ring = _inverted(data)
-    left = _left(data, ring)
-    # exposed around the release, the first frame has still seen the object held
-    if left > OFF and data.fit.sum() > ENOUGH:
-        later = _without_first(data)
-        other = _inverted(later)
-        data, ring = (later, other) if _left(later, other) < HELD * left else (data, ring)
+    data, ring = _all_free(data)
     moving = ~data.support
     if not len(ring.frequency):
         raise RecordingError(
@@ -70,12 +66,36 @@ def _inverted(data: Channels) -> RingDown:
     return invert(data.time[use], data.values[use][:, on], noise=data.sigma[on])
 
 
-def _left(data: Channels, ring: RingDown) -> float:
-    """What the ring-down leaves of the fitted part, rms in noise."""
+def _all_free(data: Channels) -> tuple[Channels, RingDown]:
+    """The same without the first frames that have still seen the object held, and its ring-down.
+
+    Exposed around the release, a frame is half of what was before; and a release is seen only once
+    the object has moved by more than noise. No sum of swings that last reaches such a frame.
+    """
+    ring = _inverted(data)
+    left, samples = _left(data, ring)
+    for _ in range(FIRST):
+        if data.fit.sum() <= ENOUGH:
+            break
+        later = _without_first(data)
+        other = _inverted(later)
+        less, fewer = _left(later, other)
+        gain = left - less - (samples - fewer)
+        if gain < (OFF**2 - 1) * (samples - fewer) or gain < HELD * (left - samples):
+            break
+        data, ring, left, samples = later, other, less, fewer
+    return data, ring
+
+
+def _left(data: Channels, ring: RingDown) -> tuple[float, int]:
+    """Misfit, in noise squared, of the fitted part to the swings that last, and its samples."""
     on = ~data.support
-    phase = np.exp(np.outer(data.time - ring.t0, poles(ring.frequency, ring.damping_ratio)))
-    left = (data.values[:, on] - (phase @ ring.amplitude).real - ring.offset) / data.sigma[on]
-    return float(np.sqrt(np.nanmean(left[data.fit] ** 2)))
+    pole = poles(ring.frequency, ring.damping_ratio)
+    lasting = -pole.real * data.frame < BRIEF
+    phase = np.exp(np.outer(data.time - ring.t0, pole[lasting]))
+    left = (data.values[:, on] - (phase @ ring.amplitude[lasting]).real - ring.offset)[data.fit]
+    seen = np.isfinite(left)
+    return float(((left / data.sigma[on])[seen] ** 2).sum()), int(seen.sum())
 
 
 def _without_first(data: Channels) -> Channels:

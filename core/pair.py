@@ -7,6 +7,7 @@ from .law import Law, TimeFit, replace, unpack
 from .match import SPLIT
 from .refit import led, swapped, without
 from .residual import NOISY
+from .settle import displaced
 from .timefit import best_fit, extend, misfits
 
 SHARE = 0.2  # of what is left that it must take: less may be what acts in time
@@ -26,7 +27,7 @@ def with_partner(found: TimeFit, k: int, gap: float, take: int = 0) -> TimeFit:
     at = _where(found, k, take)
     effect = partner(at, gap)
     wider = _wider(found, effect)
-    if not _shows(wider, found) or effect.veto(wider):
+    if not _shows(wider, found) or effect.veto(wider) or displaced(wider, found):
         return found
     return found if _parts(wider, partner(at, SPLIT), gap) else wider
 

@@ -96,6 +96,13 @@ def astray(found: TimeFit, heard: np.ndarray, z: np.ndarray, loud: int | None = 
     return strayed
 
 
+def displaced(wider: TimeFit, found: TimeFit) -> bool:
+    """Whether one of a fit's modes has left its place in a wider one: what that gains is no gain of
+    what was added.
+    """
+    return bool(astray(wider, found.frequency, found.damping_ratio).any())
+
+
 def _to_nearest(frequency: np.ndarray) -> np.ndarray:
     """(K,) how far each mode's pitch lies from the nearest other one, in logarithms."""
     gap = np.abs(np.log(frequency[:, None] / frequency))

@@ -89,6 +89,11 @@ def partner(at: Where, gap: float = 0.0) -> Effect:
     )
 
 
+def is_of(effect: Effect, k: int) -> bool:
+    """Whether the effect is a motion of mode k's pair."""
+    return effect.layer == "pair" and effect.name.split(" with ")[0].endswith(f" mode {k + 1}")
+
+
 def crossing(k: int, gap: float = 0.0) -> Effect:
     """The direction of a degenerate pair in which no force acts: it swings on freely.
 

@@ -5,6 +5,7 @@ import pytest
 
 from core.data import poles
 from core.effects.aliasing import is_folded, unfolded
+from core.effects.rolling_shutter import Ellipse, lag
 from core.harmonic_inversion import invert
 from core.match import is_driven, pursue, true_pitches
 from core.pipeline import calibrate_case
@@ -44,6 +45,39 @@ def test_a_fork_that_rings_on_beside_something_faint_that_dies_stays_a_mode():
     values = (np.exp(np.outer(time, pole)) @ amplitude).real + noise
     order, _, _ = pursue(invert(time, values), time, values, np.full(2, 0.01))
     assert order[0] == 0
+
+
+def ellipse(rng, readout=0.0, wrong=0.0, noise=1.0):
+    """A pair that swings in an ellipse at 5 Hz, seen by ten markers on as many rows."""
+    directions, row = 100 * rng.standard_normal((2, 20)), np.repeat(rng.uniform(0, 1, 10), 2)
+    pole = complex(poles(5.0, 0.02))
+    true = directions + wrong * 100 * rng.standard_normal((2, 20))
+    amplitude = (rng.standard_normal(2) + 1j * rng.standard_normal(2)) @ true
+    amplitude = amplitude * np.exp(pole * readout * row)
+    amplitude = amplitude + noise * (rng.standard_normal(20) + 1j * rng.standard_normal(20))
+    return Ellipse(amplitude, directions, row, pole)
+
+
+@pytest.mark.parametrize("readout", [0.016, -0.008])
+def test_rows_that_lag_show_in_a_pairs_ellipse_and_the_interval_holds_the_readout(readout):
+    rng, inside = np.random.default_rng(5), 0
+    for _ in range(60):
+        told = lag([ellipse(rng, readout)])
+        assert told.certain
+        inside += abs(told.readout - readout) < 1.96 * told.sigma
+    assert inside >= 51
+
+
+@pytest.mark.parametrize("wrong", [0.0, 0.02, 0.2])
+def test_shapes_that_are_not_the_bodys_are_no_rolling_shutter(wrong):
+    rng = np.random.default_rng(6)
+    assert not any(lag([ellipse(rng, wrong=wrong)]).certain for _ in range(60))
+
+
+def test_two_channels_tell_nothing_of_a_pairs_rows():
+    one = ellipse(np.random.default_rng(7), 0.016)
+    few = Ellipse(one.amplitude[:2], one.directions[:, :2], one.row[:2], one.pole)
+    assert lag([few]) is None
 
 
 def planted(kind, seed, folder):

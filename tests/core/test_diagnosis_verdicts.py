@@ -408,6 +408,10 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="a pair's other direction shows once the rows are known to be late",
         ),
         pytest.param(
+            "rolling_shutter", 61502, {"rolling_shutter"}, 1.1,
+            id="a pair's ellipse takes up the rows that lag, the body's own directions do not",
+        ),
+        pytest.param(
             "large_amplitude", 67691, {"large_amplitude"}, 1.1,
             id="what bends one direction of a pair is no split",
         ),

@@ -1,0 +1,35 @@
+"""From a take to its free motion: frames that still saw the object held are left out."""
+
+import numpy as np
+import pytest
+
+from core.data import Marker, Recording, Take
+from core.listen import listen
+
+FPS, FREQUENCY, DAMPING_RATIO, NOISE = 81.0, 3.0, 0.05, 0.003
+SWINGS = np.array([[1.0, 0.2, 0.1], [0.7, 0.1, 0.0], [0.5, -0.2, 0.1]])
+
+
+def held_then_free(held: int, seed: int) -> Take:
+    """Markers that leave their places only after `held` frames."""
+    time = np.arange(240) / FPS
+    since = np.maximum(time - held / FPS, 0)
+    omega = 2 * np.pi * FREQUENCY
+    swing = np.exp(-DAMPING_RATIO * omega * since) * (
+        np.cos(omega * since) + DAMPING_RATIO * np.sin(omega * since)
+    )
+    values = swing[:, None, None] * SWINGS
+    values = values + NOISE * np.random.default_rng(seed).standard_normal(values.shape)
+    markers = tuple(Marker(f"m{n}", position=(0.1 * n, 0, 0.1)) for n in range(3))
+    return Take(Recording(time, values, markers, capture_fps=FPS))
+
+
+@pytest.mark.parametrize("held", [0, 1, 2, 3])
+def test_frames_that_saw_the_object_held_are_left_out_and_no_others(held):
+    """At the top of a slow swing a frame more is hardly seen; what free motion may be stays."""
+    for seed in range(4):
+        take = held_then_free(held, seed)
+        free, ring = listen(take, lambda time, signals: (0.0, time[-1]))
+        late = len(take.recording.time) - len(free.time)
+        assert held - 1 <= late <= held
+        assert ring.damping_ratio[0] == pytest.approx(DAMPING_RATIO, rel=0.03)
