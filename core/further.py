@@ -6,10 +6,11 @@ from .baseline import real_shapes
 from .body import Body
 from .channels import Channels
 from .data import RingDown, poles
-from .effects.further_mode import further_mode, heard_anew, is_a_mode, pitch_of
+from .effects.further_mode import further_mode, heard_anew, is_a_mode, is_further, pitch_of
 from .harmonic_inversion import invert
 from .law import TimeFit
-from .match import ACROSS, HARMONIC, SPLIT, Match, mac
+from .match import ACROSS, HARMONIC, SPLIT, Match, is_driven, mac
+from .refit import without
 from .residual import QUIET
 from .settle import displaced
 from .timefit import extend, fit
@@ -47,6 +48,7 @@ def with_further(
     """
     if None in match.modes:
         return found
+    after = 0 if at is None else len(found.law.effects) - at
     for attempt in range(ROUNDS):
         if found.chi2 < QUIET * found.samples:
             break
@@ -59,11 +61,20 @@ def with_further(
             effects += [further_mode(f, z, found.law.loaded_alike(take)) for f, z in heard]
         if not effects:
             break
-        wider, kept = _staying(found, effects, len(found.law.effects) if at is None else at)
+        wider, kept = _staying(found, effects, len(found.law.effects) - after)
         price = (wider.unknowns - found.unknowns) * np.log(wider.samples)
         if not kept or found.chi2 - wider.chi2 < price + EVIDENCE * kept or displaced(wider, found):
             break
-        found = wider
+        found = _without_runaways(wider)
+    return found
+
+
+def _without_runaways(found: TimeFit) -> TimeFit:
+    """The fit without those further modes that others have pushed to a bound: they stood in."""
+    for i in reversed(range(len(found.law.effects))):
+        effect, theta = found.law.effects[i], found.theta[i][0]
+        if is_further(effect) and not is_a_mode(effect, theta):
+            found = without(found, i)
     return found
 
 
@@ -80,9 +91,15 @@ def _staying(found: TimeFit, effects: list, at: int) -> tuple[TimeFit, int]:
             return fitted, len(kept)
         return (_fitted(found, kept, at) if kept else found), len(kept)
 
+    pole, span = poles(found.frequency, found.damping_ratio), found.law.setting.duration
+
+    def is_one(e, theta):  # and no line that something drives
+        own = poles(pitch_of(e, theta), theta[1])
+        return is_a_mode(e, theta) and not is_driven(own, span, pole)
+
     wider = _fitted(found, effects, at)
     thetas = [theta[0] for theta in wider.theta[at : at + len(effects)]]
-    best, count = with_those(effects, wider, is_a_mode)
+    best, count = with_those(effects, wider, is_one)
     anew = [heard_anew(e, theta) for e, theta in zip(effects, thetas, strict=True)]
     if anew == effects:
         return best, count
@@ -94,7 +111,7 @@ def _staying(found: TimeFit, effects: list, at: int) -> tuple[TimeFit, int]:
     def stays(e, theta):
         f = pitch_of(e, theta)
         own = e in effects or _clear(f, known + [g for g in pitches if g != f], False)
-        return is_a_mode(e, theta) and own
+        return is_one(e, theta) and own
 
     other, more = with_those(anew, again, stays)
     price = (other.unknowns - best.unknowns) * np.log(found.samples)

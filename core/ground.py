@@ -35,6 +35,7 @@ class Ground:
     measured: Measured
     base: Hypothesis
     shrink: np.ndarray  # (m,) converged over computed eigenvalues
+    doubt: np.ndarray  # (m,) relative error of an eigenvalue, and of how a load sits
     damping_ratio: np.ndarray  # (K,) of the measured modes, without what acts in time
     pull: np.ndarray | None = None  # (3P,) N, the body's own weight where the sag is known
 
@@ -88,7 +89,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         return None
     base = rematched(measured, values, body.seen(data), unit, base)
     ratios = np.r_[verdict.damped.damping_ratio, [one.damping_ratio for one in further]]
-    return Ground(body, data, measured, base, shrink, ratios, pull)
+    return Ground(body, data, measured, base, shrink, sigma, ratios, pull)
 
 
 @dataclass(frozen=True, eq=False)

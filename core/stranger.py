@@ -15,10 +15,13 @@ def strangers(verdict: Verdict, ground: Ground) -> list[float]:
     """Pitches (Hz) of what swings in the takes and is no mode of the body as declared."""
     own = ground.body.modes.frequency * np.sqrt(ground.shrink * ground.base.modulus)
     rate = 1 / ground.data.frame
-    folded = np.abs(np.add.outer(np.arange(-FOLDS, FOLDS + 1) * rate, own)).ravel()
+    folded = np.abs(np.add.outer(np.arange(-FOLDS, FOLDS + 1) * rate, own))
     heard = [one.frequency for one in further_modes(verdict, AUDIBLE)]
     return [
-        f for f in heard if f < REACH * own.max() and np.abs(np.log(folded / f)).min() > STRANGE
+        f
+        for f in heard
+        # twice what a pitch may be off by, as half an eigenvalue
+        if f < REACH * own.max() and (np.abs(np.log(folded / f)) - ground.doubt).min() > STRANGE
     ]
 
 

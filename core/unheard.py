@@ -36,7 +36,9 @@ def weak_modes(
     new_f, new_z, modes = list(found.frequency), list(found.damping_ratio), list(match.modes)
     own, pole = (poles(one.frequency, one.damping_ratio) for one in (found, rest))
     driven = is_driven(pole, np.ptp(data.time[data.fit]), own)
-    for k in np.flatnonzero(~driven & (rest.damping_ratio < LIVELY)):
+    turning = found.frequency[list(law.turning)]  # there the pair's other direction is in the fit
+    known = (np.abs(np.log(rest.frequency[:, None] / turning)) < 2 * PAIR).any(axis=1)
+    for k in np.flatnonzero(~driven & ~known & (rest.damping_ratio < LIVELY)):
         amplitude = rest.amplitude[k]
         shape = np.zeros(len(on))
         shape[on] = real_shapes(amplitude[None])[0][0]

@@ -412,6 +412,18 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="a pair's ellipse takes up the rows that lag, the body's own directions do not",
         ),
         pytest.param(
+            "steady_drive", 92656, {"steady_drive"}, 1.1,
+            id="a line that stays while the modes die is none of them",
+        ),
+        pytest.param(
+            "air_drag", 92655, {"air_drag"}, 1.1,
+            id="a further mode that another one pushes to its bound has stood in for a force",
+        ),
+        pytest.param(
+            "tracker_drift", 92655, {"tracker_drift"}, 1.1,
+            id="beside a pair's pitch its other direction is no further mode",
+        ),
+        pytest.param(
             "large_amplitude", 67691, {"large_amplitude"}, 1.1,
             id="what bends one direction of a pair is no split",
         ),
@@ -510,6 +522,13 @@ def test_a_weak_mode_that_is_but_a_share_of_a_loud_one_makes_nothing_of_nothing(
     make("null", 37058, tmp_path)  # its pitch runs into that of the loud one
     diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
     assert diagnosis["verdict"] == "adequate"
+
+
+@pytest.mark.slow
+def test_a_pitch_that_hangs_on_how_a_load_sits_is_no_strangers(tmp_path):
+    make("null", 71205, tmp_path)
+    report = calibrate_case(tmp_path / "case.toml").report
+    assert report["diagnosis"]["verdict"] == "adequate"
 
 
 @pytest.mark.slow
