@@ -5,6 +5,7 @@ exposed one after another where the motion is a degenerate pair's.
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import t as student_t
 
 from .dac import SURE
 from .data import poles
@@ -18,6 +19,8 @@ from .match import PAIR, true_pitches
 from .report import estimate
 from .residual import errors, motion_rms, nrmse
 from .tell import inflation
+
+WHOLE = 1.1  # of a frame that a camera's readout takes at most, its clock being a little off
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +129,8 @@ def _late(heard: Heard, found: TimeFit) -> list[Seen]:
     ]
     ellipses = [_ellipse(heard, found, k, take) for take in alike]
     told = rolling_shutter.lag(ellipses)
-    if told is None or not told.certain:
+    frame = law.takes[law.fitted[0]].frame
+    if told is None or not told.certain or abs(told.readout) > WHOLE * frame:
         return []
     without, changes = list(found.predicted), []
     for take, one in zip(alike, ellipses, strict=True):
@@ -139,7 +143,7 @@ def _late(heard: Heard, found: TimeFit) -> list[Seen]:
         without[index] = without[index] + change
         changes.append((wave.real)[data.fit])
     share = np.sqrt(np.mean(np.concatenate(changes) ** 2)) / motion_rms(law.takes)
-    half = SURE * told.sigma
+    half = student_t.ppf(0.975, told.free) * told.sigma
     readout = estimate(told.readout, told.readout - half, told.readout + half, "s")
     effect = {
         "name": shutter.name,

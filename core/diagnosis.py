@@ -16,6 +16,7 @@ import numpy as np
 from .damping import find_damping
 from .decidable import undecidable
 from .effects import DAMPING
+from .exchange import exchanged
 from .foils import is_broken, weakens, weakens_rather
 from .forgotten import more_modes
 from .in_step import in_step
@@ -37,7 +38,17 @@ from .sufficiency import (
     strays,
     sufficient,
 )
-from .time_layer import EVIDENCE, MATERIAL, NEARLY, Candidate, judge, seconds, singles, vetoed
+from .time_layer import (
+    EVIDENCE,
+    MATERIAL,
+    NEARLY,
+    Candidate,
+    judge,
+    passed_over,
+    seconds,
+    singles,
+    vetoed,
+)
 from .timefit import sharp
 from .together import FEW, pairs
 
@@ -157,6 +168,7 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
         alone = _unless_it_weakens(_add_second(chain, strong, ranked, over), able)
         if not owes(alone.final, declared) and not _loud(alone):
             return alone
+    able = [*able, *passed_over(start, able, declared)]
     both = _by_two(chain, (able, ranked, strong), over, widen)
     told = both.verdict == "explained" and not owes(both.final, declared)
     if told and alone and not owes(alone.final, declared):  # all that one leaves, or nothing
@@ -184,12 +196,13 @@ def _does_more(both: Verdict, alone: Verdict) -> bool:
 def _by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
     """What two effects found together say, or the one of them that does without the other.
 
-    candidates: single effects: all, those that nothing plainer outdoes, and the strong ones.
+    candidates: single effects: all, those that may be there alone, and the strong ones.
     """
     declared, (able, ranked, strong) = chain[0][1], candidates
-    doubtful = [c for c in able if c.outdone]
-    beam = sorted([*strong, *doubtful], key=lambda c: -c.evidence)
-    found = polished(to_their_end(pairs(declared, beam), declared), declared, widen)
+    others = [c for c in able if c.outdone or c not in ranked]
+    beam = sorted([*strong, *others], key=lambda c: -c.evidence)
+    found = exchanged(to_their_end(pairs(declared, beam), declared), declared)
+    found = polished(found, declared, widen)
     both = _stand([c for c in found if sufficient(c, ENOUGH_BOTH)])
     if both and is_broken(declared, both[0]):
         return Verdict("unexplained", chain, (), (), ranked, ())

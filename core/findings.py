@@ -70,6 +70,8 @@ def examine(heard: Heard, verdict: Verdict, stiff: np.ndarray, sigma: np.ndarray
         return found
     known = heard.body.case.declared
     seen = [one for one in camera_effects(heard, verdict) if one.effect["name"] not in known]
+    if found.effects:  # a changed body's shapes are not those that a lag is read beside
+        seen = [one for one in seen if one.effect["name"] != "rolling_shutter"]
     large = [one for one in seen if one.share >= MATERIAL]
     if not large:
         return replace(found, minor=tuple((o.effect["name"], o.share) for o in seen))

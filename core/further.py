@@ -11,7 +11,7 @@ from .harmonic_inversion import invert
 from .law import TimeFit
 from .match import ACROSS, HARMONIC, SPLIT, Match, is_driven, mac
 from .refit import without
-from .residual import QUIET
+from .residual import QUIET, bic
 from .settle import displaced
 from .timefit import extend, fit
 
@@ -65,16 +65,21 @@ def with_further(
         price = (wider.unknowns - found.unknowns) * np.log(wider.samples)
         if not kept or found.chi2 - wider.chi2 < price + EVIDENCE * kept or displaced(wider, found):
             break
-        found = _without_runaways(wider)
+        less = _without_runaways(wider)
+        if bic(less) >= bic(found) or displaced(less, found):
+            break
+        found = less
     return found
 
 
 def _without_runaways(found: TimeFit) -> TimeFit:
     """The fit without those further modes that others have pushed to a bound: they stood in."""
-    for i in reversed(range(len(found.law.effects))):
-        effect, theta = found.law.effects[i], found.theta[i][0]
-        if is_further(effect) and not is_a_mode(effect, theta):
-            found = without(found, i)
+    while runaways := [
+        i
+        for i, (effect, theta) in enumerate(zip(found.law.effects, found.theta, strict=True))
+        if is_further(effect) and not is_a_mode(effect, theta[0])
+    ]:
+        found = without(found, runaways[-1])
     return found
 
 

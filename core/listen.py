@@ -11,7 +11,7 @@ from .noise_floor import noise_floor
 from .shutter import at_once
 
 ROUNDED = 0.01  # of a frame that a written instant may be beside one
-ENOUGH = 12  # frames, of which one may be left out
+ENOUGH = 12  # samples of a channel that an inversion needs
 FIRST = 3  # frames at most that have still seen the object held
 OFF, HELD = 3.0, 0.5  # noise, rms, that such a frame is off by; share of what is left that it makes
 BRIEF = 1.0  # decay (nepers) in a frame, of a pole that stands for such a frame
@@ -75,9 +75,10 @@ def _all_free(data: Channels) -> tuple[Channels, RingDown]:
     ring = _inverted(data)
     left, samples = _left(data, ring)
     for _ in range(FIRST):
-        if data.fit.sum() <= ENOUGH:
-            break
         later = _without_first(data)
+        first = np.isfinite(data.values[0, ~data.support]).sum()
+        if left - samples < (OFF**2 - 1) * first or not _is_enough(later):
+            break
         other = _inverted(later)
         less, fewer = _left(later, other)
         gain = left - less - (samples - fewer)
@@ -85,6 +86,12 @@ def _all_free(data: Channels) -> tuple[Channels, RingDown]:
             break
         data, ring, left, samples = later, other, less, fewer
     return data, ring
+
+
+def _is_enough(data: Channels) -> bool:
+    """Whether every channel is seen often enough to be inverted."""
+    seen = np.isfinite(data.values[data.fit][:, ~data.support]).sum(axis=0)
+    return len(seen) > 0 and seen.min() >= ENOUGH
 
 
 def _left(data: Channels, ring: RingDown) -> tuple[float, int]:

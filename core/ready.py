@@ -45,8 +45,11 @@ def to_their_end(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
 
 
 def polished(found: list[Candidate], declared: TimeFit, widen: Callable) -> list[Candidate]:
-    """The candidates of two effects, the best ones with the modes that they lay bare."""
-    able = [c.share > ENOUGH and n < RIVALS for n, c in enumerate(found)]
+    """The candidates of two effects, the best ones with the modes that they lay bare.
+
+    Modes that die soon are missed in the first part only.
+    """
+    able = [max(c.share, c.held_share) > ENOUGH and n < RIVALS for n, c in enumerate(found)]
     return _laid_bare(found, able, declared, widen)
 
 

@@ -38,6 +38,11 @@ def nrmse(takes: tuple[Channels, ...], predicted, held: bool) -> float:
     return float(np.sqrt(wrong / max(moved, 1e-300)))
 
 
+def bic(found: TimeFit) -> float:
+    """Of the fitted part (Schwarz 1978); the noise is known."""
+    return found.chi2 + found.unknowns * np.log(max(found.samples, 2))
+
+
 def noise_share(takes: tuple[Channels, ...], held: bool) -> float:
     """The recording's own noise in the normalisation of `nrmse`."""
     noise = moved = 0.0

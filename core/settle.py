@@ -100,7 +100,8 @@ def displaced(wider: TimeFit, found: TimeFit) -> bool:
     """Whether one of a fit's modes has left its place in a wider one: what that gains is no gain of
     what was added.
     """
-    return bool(astray(wider, found.frequency, found.damping_ratio).any())
+    heard = found.frequency, found.damping_ratio
+    return bool((astray(wider, *heard) & ~astray(found, *heard)).any())
 
 
 def _to_nearest(frequency: np.ndarray) -> np.ndarray:

@@ -16,12 +16,13 @@ def strangers(verdict: Verdict, ground: Ground) -> list[float]:
     own = ground.body.modes.frequency * np.sqrt(ground.shrink * ground.base.modulus)
     rate = 1 / ground.data.frame
     folded = np.abs(np.add.outer(np.arange(-FOLDS, FOLDS + 1) * rate, own))
+    doubt = ground.doubt * own  # Hz: a fold moves as far as the mode does
     heard = [one.frequency for one in further_modes(verdict, AUDIBLE)]
     return [
         f
         for f in heard
         # twice what a pitch may be off by, as half an eigenvalue
-        if f < REACH * own.max() and (np.abs(np.log(folded / f)) - ground.doubt).min() > STRANGE
+        if f < REACH * own.max() and (np.abs(folded - f) - doubt).min() > STRANGE * f
     ]
 
 

@@ -12,15 +12,15 @@ from itertools import islice
 
 import numpy as np
 
-from .effects import TIME_EFFECTS
+from .effects import TIME_EFFECTS, steady_drive
 from .effects.base import Effect
 from .in_step import in_step
 from .law import TimeFit
 from .pair import crossed
-from .race import Try, ended, worth
+from .race import Try, ended, race, worth
 from .read_off import read_off
 from .refit import swapped
-from .residual import NOISY, misfit
+from .residual import NOISY, bic, misfit
 from .side_by_side import in_step_by_halves
 from .timefit import fit, screen
 
@@ -92,17 +92,20 @@ def entries(start: TimeFit, effects) -> list[Try]:
     index = start.law.fitted[0]
     data = start.law.takes[index]
     residual = (data.time[data.fit], (data.values - start.predicted[index])[data.fit])
-    known, places = [], start.law.setting.places[:BEGUN]
-    for effect in able(start, effects):
-        begins = effect.starts(start.law.setting, residual)
-        if effect.force:
-            begins = [(*b, *place) for b in begins for place in places]
-            begins = list(dict.fromkeys(begins))
-        if begins:
-            known.append((effect, begins))
+    known = [(effect, begins_of(effect, start, residual)) for effect in able(start, effects)]
+    known = [(effect, begins) for effect, begins in known if begins]
     promises = in_step([partial(screen, start, *one) for one in known])
     tries = [Try(start, promise, *one) for promise, one in zip(promises, known, strict=True)]
     return sorted(tries, key=lambda one: -one.promise.max())
+
+
+def begins_of(effect: Effect, start: TimeFit, residual) -> list:
+    """Where a search for an effect may begin: of a force, at each of some places on the body."""
+    begins = effect.starts(start.law.setting, residual)
+    if not effect.force:
+        return begins
+    places = start.law.setting.places[:BEGUN]
+    return list(dict.fromkeys((*b, *place) for b in begins for place in places))
 
 
 def singles(start: TimeFit, against: TimeFit | None = None) -> list[Candidate]:
@@ -114,6 +117,16 @@ def singles(start: TimeFit, against: TimeFit | None = None) -> list[Candidate]:
             some = [replace(one, runners=1) for one in some]
         _gather(best, _tried(some), against or start)
     return _again([(_ranked(best), chosen, against or start)])[0]
+
+
+def passed_over(start: TimeFit, known: list[Candidate], against: TimeFit) -> list[Candidate]:
+    """Candidates of the names that `singles` tried and that are not among the `known`: half of the
+    record showed others to tell more of it, and none of these tells all.
+    """
+    names, best = {c.names[0] for c in known}, {}
+    left = [one for one in _chosen(start, FIRSTS) if one.effect.name not in names]
+    _gather(best, _tried(left, to_their_end=True), against)
+    return _ranked(best)
 
 
 def seconds(
@@ -144,7 +157,25 @@ def _gather(best: dict, done, against: TimeFit, before: tuple[str, ...] = ()) ->
 
 
 def _ranked(best: dict) -> list[Candidate]:
-    return sorted(best.values(), key=lambda c: -c.evidence)
+    """The candidates, best evidence first; a line that stands in for a rub as one outdone."""
+    found = sorted(best.values(), key=lambda c: -c.evidence)
+    return [replace(c, outdone=c.outdone or stands_in(c, found)) for c in found]
+
+
+def stands_in(candidate: Candidate, others: list[Candidate]) -> bool:
+    """Whether a line at a pitch stands in for a rub that tells as much of what was fitted.
+
+    Swings that a rub ends in a straight line are nearly an exponential and a line that it meets.
+    """
+    if not steady_drive.is_resonant(candidate.found):
+        return False
+    rather = {"dry_friction" if n == "steady_drive" else n for n in candidate.names}
+    return any(
+        set(c.names) == rather
+        and bic(c.found) <= bic(candidate.found)
+        and not c.held_share < NEARLY
+        for c in others
+    )
 
 
 def _again(asked: list) -> list[list[Candidate]]:
@@ -187,18 +218,21 @@ def _chosen(start: TimeFit, most: int) -> list[Try]:
         # a clock may show where it was not fitted
         if one.promise.max() < least and not one.effect.clock:
             continue
-        if one.effect.name in names or len(names) < most:
+        if one.effect.clock or one.effect.name in names or len(names) < most:
             names.add(one.effect.name)
             out.append(one)
     return out
 
 
-def _tried(tries: list[Try], bare: TimeFit | None = None) -> list:
+def _tried(tries: list[Try], bare: TimeFit | None = None, *, to_their_end: bool = False) -> list:
     """(Try, fit or None where it is vetoed or not worth its end, whether it is outdone) of each."""
-    going = worth(tries, bare)
+    if to_their_end:
+        going = [(one, partial(race, one)) for one in tries]
+    else:
+        going = [(one, partial(ended, one, begun)) for one, begun in worth(tries, bare)]
 
-    def tried(one, begins):
-        found = ended(one, begins)
+    def tried(end):
+        found = end()
         return None if vetoed(found) else (found, outdone(found))
 
     def unpack(n, packed):
@@ -210,7 +244,7 @@ def _tried(tries: list[Try], bare: TimeFit | None = None) -> list:
         return replace(found, law=law if own else crossed(law)), plainer
 
     done = in_step_by_halves(
-        [partial(tried, *one) for one in going],
+        [partial(tried, end) for _, end in going],
         pack=lambda done: done and (replace(done[0], law=None), done[1]),
         unpack=unpack,
     )

@@ -18,7 +18,7 @@ from .law import TimeFit, replace
 from .outset import begin, outsets
 from .race import raced, unlike
 from .refit import turned
-from .residual import NOISY
+from .residual import NOISY, bic
 from .side_by_side import in_step_by_halves
 from .time_layer import (
     EVIDENCE,
@@ -29,10 +29,11 @@ from .time_layer import (
     outdone,
     refuted,
     seconds,
+    stands_in,
 )
 from .timefit import best_fit, walked
 
-BEAM = 4  # single effects that a second one is sought beside
+BEAM = 3  # best single effects, held out too and where fitted, that a second is sought beside
 FEW = 2  # modes: with more, so many places tie that the first swings tell nothing
 TWOS = 10  # pairs that are begun
 FINALISTS = 6  # that go on to the end at most
@@ -55,12 +56,15 @@ def pairs(start: TimeFit, ranked: list[Candidate]) -> list[Candidate]:
         key = tuple(sorted(candidate.names))
         if key not in best or candidate.evidence > best[key].evidence:
             best[key] = candidate
-    return sorted(best.values(), key=lambda c: -c.evidence)
+    found = sorted(best.values(), key=lambda c: -c.evidence)
+    return [c for c in found if not stands_in(c, found)]
 
 
 def _beside(start: TimeFit, ranked: list[Candidate]):
     """Candidates of the best single effects and what shows beside each."""
-    first = [single for single in ranked[:BEAM] if single.evidence >= EVIDENCE]
+    able = [single for single in ranked if single.evidence >= EVIDENCE]
+    fitting = sorted(able, key=lambda single: bic(single.found))
+    first = list(dict.fromkeys([*able[:BEAM], *fitting[:BEAM]]))
     found = [
         (single, candidate)
         for single, some in zip(first, seconds(first, [start] * len(first), start), strict=True)

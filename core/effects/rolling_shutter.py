@@ -48,6 +48,7 @@ class Lag:
     readout: float  # s
     sigma: float  # s
     certain: bool  # that there is one
+    free: int  # degrees of freedom behind sigma
 
 
 def lag(ellipses: list[Ellipse]) -> Lag | None:
@@ -76,7 +77,7 @@ def lag(ellipses: list[Ellipse]) -> Lag | None:
         and gain > MOST * before
         and f_law.sf(gain / (rest / free), 1, free) < CHANCE
     )
-    return Lag(float(best), float(sigma), bool(certain))
+    return Lag(float(best), float(sigma), bool(certain), free)
 
 
 def delay(theta, setting, row):

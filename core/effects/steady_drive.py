@@ -13,7 +13,7 @@ import numpy as np
 from .base import Effect, Parameter, companion
 from .further_mode import further_mode
 
-RESONANT = 0.06  # relative distance from the first pitch
+RESONANT = 0.06  # relative distance from a pitch
 LIVELIEST = 0.3  # of the first mode's damping ratio that a mode has at least
 HIDDEN = 0.31  # of a motion anywhere in space that a flat view shows at least, 19 times of 20
 UNSEEN = 0.2  # of the clearest direction: a support's motion seen less than that is not told
@@ -81,10 +81,22 @@ def veto(found):
     setting, frequency = found.law.setting, np.exp(found.theta[-1][0][0])
     if frequency * setting.duration < 2:
         return "fewer than two cycles"
-    near = abs(np.log(frequency / found.frequency[0])) < RESONANT
+    near = _is_near(frequency, found.frequency[:1])
     if near and companion(found, 0) and found.chi2 > STILL * found.samples:
         return "it goes with the first mode"
     return ""
+
+
+def is_resonant(found):
+    """Whether a fit holds such a line, at the pitch of one of its modes."""
+    return any(
+        e.name == EFFECT.name and _is_near(np.exp(theta[0][0]), found.frequency)
+        for e, theta in zip(found.law.effects, found.theta, strict=True)
+    )
+
+
+def _is_near(frequency, pitches):
+    return bool((np.abs(np.log(frequency / pitches)) < RESONANT).any())
 
 
 EFFECT = Effect(

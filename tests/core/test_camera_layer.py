@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.stats import t
 
 from core.data import poles
 from core.effects.aliasing import is_folded, unfolded
@@ -64,7 +65,7 @@ def test_rows_that_lag_show_in_a_pairs_ellipse_and_the_interval_holds_the_readou
     for _ in range(60):
         told = lag([ellipse(rng, readout)])
         assert told.certain
-        inside += abs(told.readout - readout) < 1.96 * told.sigma
+        inside += abs(told.readout - readout) < t.ppf(0.975, told.free) * told.sigma
     assert inside >= 51
 
 

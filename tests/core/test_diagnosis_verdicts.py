@@ -439,6 +439,26 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             "aliasing", 61503, {"aliasing"}, 1.2,
             id="a fold near nought looks heavily damped",
         ),
+        pytest.param(
+            "two:lost_frames+relaxation", 93968, {"lost_frames", "relaxation"}, 1.9,
+            id="frames lost after the fitted part show beside what acts in it",
+        ),
+        pytest.param(
+            "two:relaxation+dry_friction", 72001, {"relaxation", "dry_friction"}, 1.4,
+            id="a second one is sought beside what fits best, not only beside what foretells best",
+        ),
+        pytest.param(
+            "two:relaxation+dry_friction", 72003, {"relaxation", "dry_friction"}, 1.8,
+            id="a line at a pitch does not stand in for a rub",
+        ),
+        pytest.param(
+            "two:relaxation+large_amplitude", 93968, {"relaxation", "large_amplitude"}, 1.1,
+            id="from one of two twins a short way leads to the other",
+        ),
+        pytest.param(
+            "two:asymmetric_stiffness+air_drag", 71200, {"asymmetric_stiffness", "air_drag"}, 1.1,
+            id="what half of the record passed over may be one of two",
+        ),
     ],
 )  # fmt: skip
 def test_what_was_planted_is_named_and_nothing_else(kind, seed, names, most, tmp_path):

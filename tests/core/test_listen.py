@@ -1,5 +1,7 @@
 """From a take to its free motion: frames that still saw the object held are left out."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -33,3 +35,17 @@ def test_frames_that_saw_the_object_held_are_left_out_and_no_others(held):
         late = len(take.recording.time) - len(free.time)
         assert held - 1 <= late <= held
         assert ring.damping_ratio[0] == pytest.approx(DAMPING_RATIO, rel=0.03)
+
+
+def test_a_marker_seen_just_often_enough_is_heard():
+    """A frame less, and no inversion would be possible."""
+    for seed in range(3):
+        take = held_then_free(1, seed)
+        values = take.recording.values.copy()
+        values[4:152, 0] = np.nan  # of the 160 frames that are fitted 12 are left
+        free, ring = listen(
+            replace(take, recording=replace(take.recording, values=values)),
+            lambda time, signals: (0.0, time[-1]),
+        )
+        assert len(free.time) == len(take.recording.time)
+        assert ring.frequency[0] == pytest.approx(FREQUENCY, rel=0.01)
