@@ -2,8 +2,10 @@
 
 import numpy as np
 
-from core.effects import dry_friction, relaxation
-from core.timefit import sharp
+from core.effects import asymmetric_stiffness, dry_friction, relaxation, steady_drive
+from core.exchange import exchanged
+from core.time_layer import judge, stands_in
+from core.timefit import extend, fit, sharp
 from core.together import pairs
 from tests.core.test_simulate import AMPLITUDE
 from tests.core.test_timefit import SHAPE, TIME, Rub, channels, declared, moved, raced
@@ -11,9 +13,9 @@ from tests.core.test_timefit import SHAPE, TIME, Rub, channels, declared, moved,
 SLOW = 0.8  # s
 
 
-def creeping_and_rubbed():
+def creeping_and_rubbed(share=0.4):
     """The rub stops the swing early, and the slow return is most of what is left then."""
-    creep = 0.4 * AMPLITUDE * np.exp(-TIME / SLOW)
+    creep = share * AMPLITUDE * np.exp(-TIME / SLOW)
     return declared(channels(moved(Rub(0.08, 0.02)) + np.outer(creep, SHAPE)))
 
 
@@ -33,3 +35,30 @@ def test_two_effects_are_found_where_neither_is_alone():
 
 def test_where_nothing_acts_no_two_effects_are_begun():
     assert pairs(declared(channels(moved())), []) == []
+
+
+def both_of(found, *effects):
+    """The candidate of two effects, one raced beside the other."""
+    first, second = effects
+    return judge((first.name, second.name), raced(raced(found, first), second), found)
+
+
+def test_a_twin_takes_the_place_of_what_a_search_began_with():
+    found = creeping_and_rubbed(0.15)
+    wrong = both_of(found, asymmetric_stiffness.EFFECT, dry_friction.EFFECT)
+    best = exchanged([wrong], found)[0]
+    assert set(best.names) == {"dry_friction", "relaxation"}
+    fine = sharp(best.found)
+    assert fine.chi2 < 1.2 * fine.samples
+
+
+def test_a_line_at_the_pitch_stands_in_for_a_rub_that_tells_as_much():
+    found = creeping_and_rubbed()
+    rub = both_of(found, relaxation.EFFECT, dry_friction.EFFECT)
+    law, start = extend(
+        raced(found, relaxation.EFFECT), (steady_drive.EFFECT,), [(np.log(found.frequency[0]),)]
+    )
+    line = judge(("relaxation", "steady_drive"), fit(law, start), found)
+    assert steady_drive.is_resonant(line.found)
+    assert stands_in(line, [line, rub]) and not stands_in(line, [line])
+    assert not stands_in(rub, [line, rub])
