@@ -219,11 +219,13 @@ def _by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
             ranked,
             (),
         )
-    if both:
-        return _unless_it_weakens(_two(chain, both, ranked, able), able)
     nearly = _stand([c for c in found if sufficient(c, ENOUGH_BOTH, nearly=True)])
+    if both:
+        # where the best itself is off ahead, being so tells nothing against its rivals
+        rivals = nearly if strays(both[0].found) else both
+        return _unless_it_weakens(_two(chain, both[0], rivals, ranked, able), able)
     if nearly and beats_single(nearly[0], strong, over):
-        return replace(_two(chain, nearly, ranked, able), verdict="unexplained")
+        return replace(_two(chain, nearly[0], nearly, ranked, able), verdict="unexplained")
     part = [c for c in strong[:1] if c.share > 0.3 and not c.held_share < 0.3]
     if part:
         return _partly(chain, part[0], strong, ranked)
@@ -305,12 +307,12 @@ def _left(found: TimeFit) -> float:
     return max(found.chi2 - found.samples, 0.0) + max(ahead - count, 0.0)
 
 
-def _two(chain, both: list[Candidate], ranked, able: list[Candidate]) -> Verdict:
+def _two(chain, best: Candidate, rivals: list[Candidate], ranked, able: list) -> Verdict:
     """Two effects found together, the one that does more alone first.
 
-    `able`: single effects, those included that a plainer one outdoes as long as they are alone.
+    `rivals`: candidates of two effects that may be its twins. `able`: single effects, those
+    included that a plainer one outdoes as long as they are alone.
     """
-    best = both[0]
     alone = {c.names[0]: c for c in able}
     names = sorted(best.names, key=lambda n: -alone[n].evidence if n in alone else 0)
     declared = chain[0][1]
@@ -320,7 +322,7 @@ def _two(chain, both: list[Candidate], ranked, able: list[Candidate]) -> Verdict
         tuple(
             {
                 n
-                for c in both
+                for c in rivals
                 if other in c.names and c.evidence >= 0.9 * best.evidence
                 for n in c.names
                 if n not in names

@@ -1,10 +1,11 @@
-"""Candidates made ready to be compared: fitted to their end, with the modes that they lay bare."""
+"""Candidates made ready to be compared: fitted to their end, with what they lay bare."""
 
 from collections.abc import Callable
 from functools import partial
 
 import numpy as np
 
+from .branches import with_branch
 from .effects.further_mode import ran_off
 from .in_step import in_step
 from .law import TimeFit
@@ -60,17 +61,20 @@ def widened(strong: list[Candidate], declared: TimeFit, widen: Callable) -> list
 
 
 def _laid_bare(found: list[Candidate], able: list[bool], declared: TimeFit, widen: Callable):
-    """The candidates, best first, those that are `able` with further modes where that is better.
+    """The candidates, best first, those that are `able` with a second time of a relaxation and with
+    further modes where that is better.
 
-    What an effect took from the residual itself lays nothing bare.
+    What an effect took from the residual itself lays no mode bare.
     """
 
     def laid_bare(c, may):
         own = c.found.law.effects[-len(c.names) :]
-        if may and c.found.chi2 > NOISY * c.found.samples and not any(e.given for e in own):
-            wider = judge(c.names, widen(c.found, len(own)), declared)
-            return max(c, wider, key=lambda one: one.evidence)
-        return c
+        if not may or c.found.chi2 < NOISY * c.found.samples:
+            return c
+        wider = with_branch(c.found, len(own))
+        if not any(e.given for e in own):
+            wider = widen(wider, len(own))
+        return max(c, judge(c.names, wider, declared), key=lambda one: one.evidence)
 
     out = in_step([partial(laid_bare, *one) for one in zip(found, able, strict=True)])
     return sorted(out, key=lambda c: -c.evidence)

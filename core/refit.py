@@ -48,9 +48,16 @@ def _from(found: TimeFit, inner: list) -> np.ndarray:
 
 def swapped(found: TimeFit, effect: Effect, thetas: list) -> tuple[Law, np.ndarray]:
     """The law with another effect in the last one's place, and where to start from (S, p)."""
-    law = replace(found.law, effects=(*found.law.effects[:-1], effect))
-    first = [theta[0] for theta in found.theta[:-1]]
-    return law, np.array([_from(found, [*first, np.asarray(t, float)]) for t in thetas])
+    return put(found, len(found.theta) - 1, effect, thetas)
+
+
+def put(found: TimeFit, i: int, effect: Effect, thetas: list) -> tuple[Law, np.ndarray]:
+    """The law with another effect in the place of number `i`, and where to start from (S, p)."""
+    effects = found.law.effects
+    law = replace(found.law, effects=(*effects[:i], effect, *effects[i + 1 :]))
+    own = [theta[0] for theta in found.theta]
+    starts = [_from(found, [*own[:i], np.asarray(t, float), *own[i + 1 :]]) for t in thetas]
+    return law, np.array(starts)
 
 
 def instead(found: TimeFit, effect: Effect) -> TimeFit | None:
