@@ -15,10 +15,12 @@ from .effects.further_mode import is_a_mode, is_further, pitch_of
 from .elasticity import gravity_force, static
 from .joint import Heard
 from .law import TimeFit
+from .match import likeness
 from .tell import inflation, parameters
 
 UNSURE = 2.0  # of a pitch's standard deviation, by which it is off: a faint pole may be two modes
 LOUD = 0.3  # of the strongest mode's motion, rms, from which one that was not matched counts
+OWN = 0.4  # likeness to a computed mode from which a fainter one does too
 SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
 SETTLED = 0.05  # of the sag: error of geometry, density and a creep that nothing shows
@@ -43,7 +45,8 @@ class Ground:
 def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     final = verdict.final
     data = final.law.takes[final.law.fitted[0]]
-    body, further = heard.body, further_modes(verdict)
+    body = heard.body
+    further = _of_the_body(further_modes(verdict), body.seen(data), heard)
     model_error = sigma[list(heard.match.modes)]
     model_error = np.r_[model_error, np.full(len(further), sigma.max())]
     at = [*range(final.law.modes), *(one.at for one in further)]
@@ -100,15 +103,12 @@ class FurtherMode:
     damping_ratio: float
     shape: np.ndarray  # (C,)
     swing: float  # rms of what the shape is multiplied by
+    loud: float  # motion over that of the strongest matched mode, rms
     at: int  # of its pitch among the fit's parameters
 
 
-def further_modes(verdict: Verdict, least: float = LOUD) -> list[FurtherMode]:
-    """The further modes of a take in which nothing acts in time, `least` times as strong as the
-    strongest matched one, rms.
-
-    A body that is as declared shows no loud mode that it does not have.
-    """
+def further_modes(verdict: Verdict) -> list[FurtherMode]:
+    """The further modes of a take in which nothing acts in time."""
     final = verdict.final
     law = final.law
     if acts(final):
@@ -117,16 +117,30 @@ def further_modes(verdict: Verdict, least: float = LOUD) -> list[FurtherMode]:
     known = np.sqrt(((final.motions[0].std(axis=0)[:, None] * final.shapes) ** 2).sum(axis=1))
     out, at = [], sum(law.sizes()[:2])
     for effect, theta, shape in zip(law.effects, final.theta, final.column_shapes(), strict=True):
-        if is_further(effect) and is_a_mode(effect, theta[0]):
+        here = effect.channels is None or effect.channels(law.setting, data).any()
+        if here and is_further(effect) and is_a_mode(effect, theta[0]):
             waves = effect.columns(theta, law.setting, data.time[None], final.motions[0][None])[0]
             amplitude = shape @ np.array([1, -1j])
             real = real_shapes(amplitude[None])[0][0]
-            swing = waves.std(axis=0).mean()
-            if swing * np.linalg.norm(real) > least * known.max():
-                f = pitch_of(effect, theta[0])
-                out.append(FurtherMode(f, float(theta[0][1]), real, float(swing), at))
+            swing = float(waves.std(axis=0).mean())
+            loud = float(swing * np.linalg.norm(real) / known.max())
+            f = pitch_of(effect, theta[0])
+            out.append(FurtherMode(f, float(theta[0][1]), real, swing, loud, at))
         at += theta.shape[1]
     return out
+
+
+def _of_the_body(further: list[FurtherMode], seen: np.ndarray, heard: Heard) -> list[FurtherMode]:
+    """Those that tell of the body: whatever is loud, for a body that is as declared shows no loud
+    mode that it does not have, and what moves as one of its modes (m, C) that was not matched.
+    """
+    frequency = heard.body.modes.frequency
+    free = [j for j in range(len(seen)) if j not in heard.match.modes]
+    return [
+        one
+        for one in further
+        if one.loud > LOUD or any(likeness(one.shape, seen, frequency, j) > OWN for j in free)
+    ]
 
 
 def moved(final: TimeFit, declared: TimeFit) -> float:

@@ -17,7 +17,7 @@ def strangers(verdict: Verdict, ground: Ground) -> list[float]:
     rate = 1 / ground.data.frame
     folded = np.abs(np.add.outer(np.arange(-FOLDS, FOLDS + 1) * rate, own))
     doubt = ground.doubt * own  # Hz: a fold moves as far as the mode does
-    heard = [one.frequency for one in further_modes(verdict, AUDIBLE)]
+    heard = [one.frequency for one in further_modes(verdict) if one.loud > AUDIBLE]
     return [
         f
         for f in heard

@@ -234,11 +234,16 @@ def companion(found, k: int, condition: int = 0, take: int = 0) -> str:
 
     condition, take: whose shape of that mode counts, and whose columns, as in the law.
     """
+    alike = shared(found, k, condition, take)
+    return f"its shape is that of mode {k + 1}" if alike > SAME_SHAPE else ""
+
+
+def shared(found, k: int, condition: int = 0, take: int = 0) -> float:
+    """Share, as energy, of the last effect's columns that goes along mode k's shape."""
     first = found.coefficients[:, k + found.law.own * condition]
     first = first / np.linalg.norm(first)
     second = found.column_shapes(take)[-1]
-    alike = ((first @ second) ** 2).sum() / max((second**2).sum(), 1e-300)
-    return f"its shape is that of mode {k + 1}" if alike > SAME_SHAPE else ""
+    return float(((first @ second) ** 2).sum() / max((second**2).sum(), 1e-300))
 
 
 def too_faint(found) -> str:

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .base import Effect, companion, of_takes, ring, unlike_damping
+from .base import Effect, companion, of_takes, ring, shared, unlike_damping
 
 MOST = 1.15  # ratio of the damping ratios of two modes of one pitch
+LOSS, ACROSS = 1.5, 0.1  # the same, where no more of the one's motion goes along the other
 NOTHING = 1.1  # misfit per sample
 AT_BOUND = 0.98  # of the most that it may part by
 SPREAD = 0.002  # relative: what meshing splits by
@@ -51,13 +52,14 @@ def _mimics(found, at: Where, gap: float) -> str:
     return companion(found, at.k, at.condition, at.take)
 
 
-def damped_alike(found, k: int, pitch: int = 0) -> bool:
-    """Whether the last effect may be damped as mode k: one material, one pitch, one loss."""
-    return unlike_damping(found, k, pitch) < np.log(MOST)
-
-
-def _runaway(found, at: Where) -> str:
-    return "" if damped_alike(found, at.k, at.pitch) else "its damping is another motion's"
+def another_motion(found, k: int, condition: int = 0, take: int = 0, pitch: int = 0) -> str:
+    """Why the last effect is not the other direction of mode k by its damping; or "". One material
+    and one pitch make one loss; where two directions lie straight across each other, what is held
+    or loaded unlike may damp them unlike. The others as in the law, see `companion`.
+    """
+    apart = shared(found, k, condition, take) < ACROSS
+    alike = unlike_damping(found, k, pitch) < np.log(LOSS if apart else MOST)
+    return "" if alike else "its damping is another motion's"
 
 
 def partner(at: Where, gap: float = 0.0) -> Effect:
@@ -85,7 +87,11 @@ def partner(at: Where, gap: float = 0.0) -> Effect:
         columns=columns,
         of_release=True,
         channels=of_takes(at.takes),
-        veto=lambda found: _mimics(found, at, gap) or _runaway(found, at) or _split(found, at, gap),
+        veto=lambda found: (
+            _mimics(found, at, gap)
+            or another_motion(found, at.k, at.condition, at.take, at.pitch)
+            or _split(found, at, gap)
+        ),
     )
 
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from .base import FAINT, Effect, Parameter, companion, ring
-from .partner import SPREAD, damped_alike
+from .partner import SPREAD, another_motion
 
 NOTHING = 1.3  # misfit per sample
 
@@ -31,8 +31,9 @@ def veto(found):
     spread = np.sqrt(max(variance * max(found.chi2 / found.samples, 1.0), 0.0))
     if split - FAINT * spread < SPREAD + (found.law.setting.pair_gap or 0.0):
         return "both may have one pitch"
-    if not damped_alike(found, k):
-        return "its damping is another motion's"
+    why = another_motion(found, k)
+    if why:
+        return why
     return "" if _other_way(found) else companion(found, k)
 
 

@@ -349,12 +349,12 @@ def test_a_weakening_rub_is_plain_at_rest_and_weak_at_speed():
     assert quick == pytest.approx(slow / 4)
 
 
-def split(by, z=0.02, *, sigma=(0.0, 0.0), left=1.0, across=True, flat=False):
+def split(by, z=0.02, *, sigma=(0.0, 0.0), left=1.0, across=True, tilted=False, flat=False):
     """A fit with one mode, damped by 0.02, and a partner `by` from it, as vetoes see it.
 
     sigma: standard deviations of the split and of the partner's damping ratio.
     """
-    second = [[0.0], [1.0]] if across else [[1.0], [0.5]]
+    second = [[0.5 * tilted], [1.0]] if across else [[1.0], [0.5]]
     return SimpleNamespace(
         theta=[np.array([[by, z]])],
         law=SimpleNamespace(
@@ -388,10 +388,18 @@ def test_a_split_of_the_same_shape_is_one_where_a_camera_may_see_both_ways_alike
 
 
 @pytest.mark.parametrize(
-    ("z", "spread", "named"), [(0.021, 0.0, True), (0.028, 0.0, False), (0.028, 0.003, True)]
+    ("z", "spread", "tilted", "named"),
+    [
+        (0.021, 0.0, True, True),
+        (0.028, 0.0, True, False),
+        (0.028, 0.003, True, True),
+        (0.028, 0.0, False, True),
+        (0.032, 0.0, False, False),
+    ],
 )
-def test_a_pair_of_one_material_is_damped_alike_within_three_sigma(z, spread, named):
-    assert bool(split_modes.veto(split(0.05, z, sigma=(0.0, spread)))) is not named
+def test_a_pair_is_damped_alike_and_by_half_more_straight_across(z, spread, tilted, named):
+    one = split(0.05, z, sigma=(0.0, spread), tilted=tilted)
+    assert bool(split_modes.veto(one)) is not named
 
 
 def test_a_split_is_that_of_the_mode_that_has_a_partner():

@@ -1,0 +1,29 @@
+"""What further modes tell of a body."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from core.ground import LOUD, FurtherMode, _of_the_body
+
+
+def heard():
+    """A body with three modes apart, the first of which was matched."""
+    modes = SimpleNamespace(frequency=np.array([1.0, 2.5, 4.0]))
+    return SimpleNamespace(body=SimpleNamespace(modes=modes), match=SimpleNamespace(modes=(0,)))
+
+
+@pytest.mark.parametrize(
+    ("shape", "loud", "tells"),
+    [
+        ([0.1, 1.0, 0.2], 0.001, True),
+        ([1.0, 0.1, 0.1], 0.001, False),  # as the matched one moves
+        ([0.4, 0.4, 0.4, 1.0], 0.001, False),
+        ([0.4, 0.4, 0.4, 1.0], 1.1 * LOUD, True),
+    ],
+)
+def test_a_faint_mode_tells_of_the_body_where_it_moves_as_one_of_its_own(shape, loud, tells):
+    shape = np.r_[shape, np.zeros(4 - len(shape))]
+    one = FurtherMode(7.0, 0.02, shape, 1e-3, loud, 4)
+    assert _of_the_body([one], np.eye(3, 4), heard()) == ([one] if tells else [])
