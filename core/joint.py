@@ -8,6 +8,7 @@ from .body import Body, build_body
 from .channels import Channels
 from .data import RingDown, replace
 from .declared import with_declared
+from .effects.partner import is_of
 from .further import with_further
 from .law import TimeFit
 from .lens import straightened
@@ -23,7 +24,7 @@ from .match import (
 )
 from .pair import with_partner
 from .refit import sunk
-from .residual import excess
+from .residual import NOISY, excess
 from .settle import Recorded, amplitudes, astray, beside, moves_its_way, settle, untied
 from .symmetry import is_even, unevenness
 from .timefit import fit
@@ -193,7 +194,15 @@ def _with_all(ground: Recorded, settled: tuple, rings: tuple):
     free = replace(free, law=replace(free.law, setting=setting))
     if len(matches) == 1:
         free = _with_partners(free, gaps)
-        return with_further(free, first, body, rings), turns, first
+        wider = with_further(free, first, body, rings)
+        if len(wider.theta) > len(free.theta) and wider.chi2 > NOISY * wider.samples:
+            lone = {
+                k: gap
+                for k, gap in gaps.items()
+                if not any(is_of(effect, k) for effect in wider.law.effects)
+            }
+            wider = _with_partners(wider, lone)  # what further modes hid
+        return wider, turns, first
     # what other loads part hides what belongs to one take
     free = with_further(free, first, body, rings)
     for c, match in matches.items():
