@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .effects.relaxation import BRANCHED
+from .effects.relaxation import BRANCHED, unseen
 from .law import TimeFit
 from .refit import put
 from .residual import NOISY, bic
@@ -36,9 +36,9 @@ def with_branch(found: TimeFit, effects: int) -> TimeFit:
 
 
 def _is_one(wider: TimeFit, at: int) -> bool:
-    """Whether effect number `at` has two times that can be told apart, of one creep."""
-    times = np.exp(wider.theta[at][0])
-    if times.max() < APART * times.min():
+    """Whether effect number `at` has two times that show and lie apart, of one creep."""
+    theta = wider.theta[at][0]
+    if unseen(theta, wider.law.setting) or np.ptp(theta) < np.log(APART):
         return False
     data = wider.law.takes[wider.law.fitted[0]]
     a, b = (wider.column_shapes()[at] / data.sigma[:, None])[~data.support].T

@@ -2,6 +2,7 @@
 
 from functools import partial
 
+from .branches import with_branch
 from .effects import TIME_EFFECTS
 from .in_step import in_step
 from .law import TimeFit
@@ -25,5 +26,6 @@ def with_declared(start: TimeFit, names: tuple[str, ...]) -> TimeFit:
         begun = entries(start, [effect for effect in known if effect.name == name])
         tried = in_step([partial(race, one) for one in begun])
         if tried:
-            start = sharp(max(tried, key=lambda found: judge((name,), found, start).evidence))
+            best = max(tried, key=lambda found: judge((name,), found, start).evidence)
+            start = with_branch(sharp(best), 1)
     return start

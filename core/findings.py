@@ -13,6 +13,7 @@ from .dac import SURE
 from .diagnosis import MATERIAL, Verdict
 from .ground import Ground, acts, creeps, ground_of, moved, softer
 from .joint import Heard
+from .match import PAIR
 from .modal_layer import Suspect, suspects
 from .report import estimate
 from .residual import errors
@@ -101,7 +102,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     pieces = K * PIECES + (K - 1) + (ground.pull is not None)
     plain = replace(plain, warnings=_sag_lines(ground))
     marched = any(e.marched for e in verdict.final.law.effects)
-    if marched and base.modes[: len(heard.match.modes)] != heard.match.modes:
+    if marched and not _alike(base.modes, heard):
         return plain  # what acts in time has bent the shapes beyond knowing which mode is which
     # a second cause needs to be clearer, unless the first hardly moves anything
     slight = not acts(verdict.damped) and _is_slight(verdict)
@@ -157,6 +158,13 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         instead=("split_modes",) if mended else (),  # a changed body parts its own pairs
         mesh_pitch=_mesh_pitch(best, heard, stiff),
     )
+
+
+def _alike(modes, heard: Heard) -> bool:
+    """Whether the first of these are the matched modes, or the other ones of their pairs."""
+    known, frequency = list(heard.match.modes), heard.body.modes.frequency
+    apart = np.log(frequency[list(modes)[: len(known)]] / frequency[known])
+    return bool((np.abs(apart) < PAIR).all())
 
 
 def _is_slight(verdict: Verdict) -> bool:

@@ -65,14 +65,14 @@ def with_further(
         price = (wider.unknowns - found.unknowns) * np.log(wider.samples)
         if not kept or found.chi2 - wider.chi2 < price + EVIDENCE * kept or displaced(wider, found):
             break
-        less = _without_runaways(wider)
+        less = without_runaways(wider)
         if bic(less) >= bic(found) or displaced(less, found):
             break
         found = less
     return found
 
 
-def _without_runaways(found: TimeFit) -> TimeFit:
+def without_runaways(found: TimeFit) -> TimeFit:
     """The fit without those further modes that others have pushed to a bound: they stood in."""
     while runaways := [
         i

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import beta
 
 from .baseline import px_per_metre, real_shapes
 from .body import Body
@@ -10,17 +11,19 @@ from .camera_layer import true_frequency
 from .channels import Channels
 from .compare import PITCH_FLOOR, SHAPE_FLOOR, Hypothesis, Measured, compare, rematched
 from .diagnosis import Verdict
-from .effects import split_modes
+from .effects import relaxation, split_modes
 from .effects.further_mode import is_a_mode, is_further, pitch_of
 from .elasticity import gravity_force, static
 from .joint import Heard
 from .law import TimeFit
-from .match import likeness
-from .tell import inflation, parameters
+from .match import PAIR, likeness
+from .tell import as_fitted, inflation, parameters
 
 UNSURE = 2.0  # of a pitch's standard deviation, by which it is off: a faint pole may be two modes
 LOUD = 0.3  # of the strongest mode's motion, rms, from which one that was not matched counts
 OWN = 0.4  # likeness to a computed mode from which a fainter one does too
+UNSEEN = 0.05  # of the most that a mode moves: one that moves less, where it is seen, is not known
+CHANCE = 0.05  # that a motion that is none of a body's modes moves as one of them
 SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
 SETTLED = 0.05  # of the sag: error of geometry, density and a creep that nothing shows
@@ -134,13 +137,25 @@ def _of_the_body(further: list[FurtherMode], seen: np.ndarray, heard: Heard) -> 
     """Those that tell of the body: whatever is loud, for a body that is as declared shows no loud
     mode that it does not have, and what moves as one of its modes (m, C) that was not matched.
     """
+    size = np.linalg.norm(seen, axis=1)
+    free = [j for j in np.flatnonzero(size > UNSEEN * size.max()) if j not in heard.match.modes]
     frequency = heard.body.modes.frequency
-    free = [j for j in range(len(seen)) if j not in heard.match.modes]
     return [
         one
         for one in further
-        if one.loud > LOUD or any(likeness(one.shape, seen, frequency, j) > OWN for j in free)
+        if one.loud > LOUD or any(_moves_as(one.shape, seen, frequency, j, len(free)) for j in free)
     ]
+
+
+def _moves_as(shape: np.ndarray, seen: np.ndarray, frequency: np.ndarray, j: int, of: int) -> bool:
+    """Whether a shape is that of mode j, as one that is none would not be by chance with any `of`
+    so many: its likeness to k directions among C is then of the Beta distribution.
+    """
+    k = (np.abs(frequency / frequency[j] - 1) < PAIR).sum()
+    alike, channels = likeness(shape, seen, frequency, j), (np.abs(seen) > 0).any(axis=0).sum()
+    if alike <= OWN or channels <= k:
+        return False
+    return bool(of * beta.sf(alike, k / 2, (channels - k) / 2) < CHANCE)
 
 
 def moved(final: TimeFit, declared: TimeFit) -> float:
@@ -171,10 +186,13 @@ def creeps(verdict: Verdict) -> bool:
 
 def softer(final: TimeFit) -> tuple[float, float]:
     """Static over dynamic stiffness where a relaxation was found, and the least that it may be."""
+    shapes = final.column_shapes()
     for i, effect in enumerate(final.law.effects):
         if effect.name == "relaxation":
-            told = parameters(final, i)
-            turns = (2 * np.pi * final.frequency[0] * told["time"]["value"]) ** 2
-            ratios = told["ratio"]["value"], told["ratio"]["ci95"][1]
-            return tuple(1 / (1 + ratio * turns / (1 + turns)) for ratio in ratios)
+            returned = relaxation.returns(as_fitted(final), shapes[i])
+            stiff, time = relaxation.branches(final.theta[i][0], returned)
+            turns = (2 * np.pi * final.frequency[0] * time) ** 2
+            follows = (stiff * turns / (1 + turns)).sum() / max(stiff.sum(), 1e-300)
+            told = parameters(final, i)["ratio"]
+            return tuple(1 / (1 + ratio * follows) for ratio in (told["value"], told["ci95"][1]))
     return 1.0, 1.0

@@ -9,10 +9,10 @@ from .channels import Channels
 from .data import RingDown, replace
 from .declared import with_declared
 from .effects.partner import is_of
-from .further import with_further
+from .further import with_further, without_runaways
 from .law import TimeFit
 from .lens import straightened
-from .listen import listen
+from .listen import listen, listen_from
 from .match import (
     PAIR,
     Match,
@@ -22,6 +22,7 @@ from .match import (
     select,
     turning,
 )
+from .outlived import outlived
 from .pair import with_partner
 from .refit import sunk
 from .residual import NOISY, excess
@@ -78,12 +79,13 @@ def hear(body: Body, find_release) -> Heard:
     Raises RecordingError as `listen` does.
     """
     ground, rings = _listened(body, find_release)
-    takes, condition, bodies, fitted = ground.takes, ground.condition, ground.bodies, ground.fitted
-    matches, heard = {}, {}
-    for i, data in enumerate(takes):
-        if condition[i] not in matches and not data.take.held_out:
-            matches[condition[i]] = _match(data, rings[i], bodies[condition[i]])
-            heard[condition[i]] = rings[i].frequency
+    takes, condition, fitted = ground.takes, ground.condition, ground.fitted
+    matches = _matches(ground, rings)
+    later, late = _outlived(ground, rings, matches)
+    if later is not ground:
+        ground, rings = later, late
+        matches = _matches(ground, rings)
+    heard = {condition[i]: rings[i].frequency for i in reversed(fitted)}
     matches = common(matches, heard)
     chosen = [_same_poles(ground, rings, i, matches) for i in fitted]
     settled = settle(ground, chosen, matches)
@@ -133,6 +135,35 @@ def _listened(body: Body, find_release) -> tuple[Recorded, tuple]:
     bodies = (body, *(build_body(case, body.bare, take, body.carried) for take in others))
     fitted = [i for i, d in enumerate(takes) if not d.take.held_out]
     return Recorded(takes, condition, bodies, fitted), rings
+
+
+def _matches(ground: Recorded, rings: tuple) -> dict[int, Match]:
+    """The match of the first fitted take of every condition."""
+    return {
+        c: _match(ground.takes[i], rings[i], ground.bodies[c])
+        for i, c in reversed([(i, ground.condition[i]) for i in ground.fitted])
+    }
+
+
+def _outlived(ground: Recorded, rings: tuple, matches: dict[int, Match]):
+    """The takes and their ring-downs from where what rings above all computed modes has died."""
+    takes, heard = list(ground.takes), list(rings)
+    for i, (data, ring) in enumerate(zip(ground.takes, rings, strict=True)):
+        c = ground.condition[i]
+        if c not in matches or None in matches[c].modes:
+            continue
+        source = next(j for j in ground.fitted if ground.condition[j] == c)
+        known = select(rings[source], matches[c].poles)
+        computed = ground.bodies[c].modes.frequency
+        top = computed[-1] * known.frequency[0] / computed[matches[c].modes[0]]
+        when = outlived(data, ring, known, top)
+        if when > 0:
+            takes[i], heard[i] = listen_from(data, ring, when)
+            if data.take.held_out:
+                takes[i] = _first_periods(takes[i], ring)
+    if all(new is old for new, old in zip(takes, ground.takes, strict=True)):
+        return ground, rings
+    return replace(ground, takes=tuple(takes)), tuple(heard)
 
 
 def _whole(ground: Recorded, settled: tuple, rings: tuple):
@@ -201,7 +232,7 @@ def _with_all(ground: Recorded, settled: tuple, rings: tuple):
                 for k, gap in gaps.items()
                 if not any(is_of(effect, k) for effect in wider.law.effects)
             }
-            wider = _with_partners(wider, lone)  # what further modes hid
+            wider = without_runaways(_with_partners(wider, lone))  # what further modes hid
         return wider, turns, first
     # what other loads part hides what belongs to one take
     free = with_further(free, first, body, rings)
@@ -284,7 +315,7 @@ def _key(take):
 
 
 def _first_periods(data: Channels, ring: RingDown) -> Channels:
-    return replace(data, fit=data.time <= HELD_PERIODS / ring.frequency[0])
+    return replace(data, fit=data.time <= data.time[0] + HELD_PERIODS / ring.frequency[0])
 
 
 def _match(data: Channels, ring: RingDown, body: Body) -> Match:

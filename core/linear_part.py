@@ -27,7 +27,7 @@ def march(law: Law, unpacked, data: Channels):
     pairs = list(zip(law.effects, thetas, strict=True))
     for effect, theta in pairs:
         if effect.clock:
-            time = np.maximum(effect.clock(theta, law.setting, time), 0)
+            time = np.maximum(effect.clock(theta, law.setting, time, data.take), 0)
     forces = [(e, th) for e, th in pairs if e.acceleration or e.force]
     u, v, traces = swing(omega, zeta, start, time, forces, law.setting)
     # modes above those that were measured answer a force at once, in a shape of their own

@@ -34,7 +34,6 @@ def listen(take: Take, find_release) -> tuple[Channels, RingDown]:
     noise = np.maximum(noise_floor(time, values), 1e-12 * np.nanstd(values) + 1e-300)
     data = free_motion(take, window, noise)
     data, ring = _all_free(data)
-    moving = ~data.support
     if not len(ring.frequency):
         raise RecordingError(
             f"recording {take.name}: no oscillation stands out of the noise. "
@@ -53,11 +52,29 @@ def listen(take: Take, find_release) -> tuple[Channels, RingDown]:
             f"{span / period:.2g} periods of the lowest mode; {PERIODS:g} are needed. "
             "Record longer."
         )
-    ring = _spread(ring, moving, noise)
+    return data, _at_release(ring, data)
+
+
+def listen_from(data: Channels, ring: RingDown, when: float) -> tuple[Channels, RingDown]:
+    """The same take from the instant `when` (s) on; as it was where no mode is heard then."""
+    late = data.time >= when
+    later = _without(data, int((~late).sum()))
+    if not _is_enough(later):
+        return data, ring
+    other = _inverted(later)
+    if not len(other.frequency) or other.damping_ratio.min() > DEAD:
+        return data, ring
+    return later, _at_release(other, later)
+
+
+def _at_release(ring: RingDown, data: Channels) -> RingDown:
+    """The ring-down of the moving channels as that of all, with the amplitudes at the release, for
+    the first sample may be later.
+    """
+    ring = _spread(ring, ~data.support, data.sigma)
     pole = poles(ring.frequency, ring.damping_ratio)
     amplitude = at_once(ring.amplitude, pole, data.late)
-    at_release = np.exp(-pole * ring.t0)[:, None]  # the first sample may be a little later
-    return data, replace(ring, amplitude=amplitude * at_release, t0=0.0)
+    return replace(ring, amplitude=amplitude * np.exp(-pole * ring.t0)[:, None], t0=0.0)
 
 
 def _inverted(data: Channels) -> RingDown:
@@ -75,7 +92,7 @@ def _all_free(data: Channels) -> tuple[Channels, RingDown]:
     ring = _inverted(data)
     left, samples = _left(data, ring)
     for _ in range(FIRST):
-        later = _without_first(data)
+        later = _without(data, 1)
         first = np.isfinite(data.values[0, ~data.support]).sum()
         if left - samples < (OFF**2 - 1) * first or not _is_enough(later):
             break
@@ -105,13 +122,14 @@ def _left(data: Channels, ring: RingDown) -> tuple[float, int]:
     return float(((left / data.sigma[on])[seen] ** 2).sum()), int(seen.sum())
 
 
-def _without_first(data: Channels) -> Channels:
+def _without(data: Channels, first: int) -> Channels:
+    """The same without the first so many frames."""
     return replace(
         data,
-        time=data.time[1:],
-        values=data.values[1:],
-        fit=data.fit[1:],
-        rows=data.rows[1:],
+        time=data.time[first:],
+        values=data.values[first:],
+        fit=data.fit[first:],
+        rows=data.rows[first:],
     )
 
 

@@ -17,7 +17,7 @@ def read_off(start: TimeFit) -> list[Effect]:
     """Effects that are made from what a fit leaves."""
     law, out = start.law, []
     data = law.takes[law.fitted[0]]
-    residual = data.values - start.predicted[law.fitted[0]]
+    residual = _left(start, 0)
     if len(np.unique(data.marker[~data.support])) >= 3:
         left = tuple(
             t.values - p if p is not None else 0 * t.values
@@ -25,8 +25,8 @@ def read_off(start: TimeFit) -> list[Effect]:
         )
         swings = law.setting.duration * law.setting.omega[0] / (2 * np.pi)
         out += tracker_drift.propose(law.takes, left, law.fitted[0], swings)
-    if len(law.fitted) == 1 and np.isfinite(residual).all(axis=1).sum() > 12:
-        out += _jumps(start, data)
+    if all(np.isfinite(_left(start, n)).all(axis=1).sum() > 12 for n in range(len(law.fitted))):
+        out += _jumps(start)
     if _common_is_possible(start, data):
         shared = tuple(
             base_motion.common_motion(t, t.values - p) if p is not None else 0 * t.values
@@ -40,41 +40,58 @@ def read_off(start: TimeFit) -> list[Effect]:
     return out
 
 
-def _jumps(start: TimeFit, data) -> list[Effect]:
-    """The one effect whose jumps, all whole frames, the residual shows, if it shows any."""
-    jumps, found = (), start
+def _left(found: TimeFit, take: int) -> np.ndarray:
+    """(T, C) what the fitted take number `take` has that the fit has not."""
+    index = found.law.fitted[take]
+    return found.law.takes[index].values - found.predicted[index]
+
+
+def _jumps(start: TimeFit) -> list[Effect]:
+    """The one effect whose jumps, all whole frames, the residuals show, if they show any."""
+    takes = tuple(start.law.takes[index] for index in start.law.fitted)
+    jumps, found = ((),) * len(takes), start
     for _ in range(3):
-        seen = _sight(found, data)
-        more = [(when, round(g) * data.frame) for when, g in lost_frames.next_jumps(seen)]
-        if not any(gain for _, gain in more):
-            break
-        jumps = lost_frames.gathered(jumps, more, data.frame)
-        found = _with_jumps(start, jumps, data)
-    for at in range(len(jumps)):
-        when, gap = jumps[at]
-        moved = [
-            (*jumps[:at], (when + shift * data.frame, gap), *jumps[at + 1 :])
-            for shift in (-2, -1, 1, 2)
+        more = [
+            [(when, round(g) * data.frame) for when, g in lost_frames.next_jumps(_sight(found, n))]
+            for n, data in enumerate(takes)
         ]
-        effects = [lost_frames.lost(one, data.frame) for one in moved]
+        if not any(gain for own in more for _, gain in own):
+            break
+        jumps = _gathered(jumps, more, takes)
+        found = _with_jumps(start, jumps, takes)
+    for n, at in [(n, at) for n, own in enumerate(jumps) for at in range(len(own))]:
+        (when, gap), own = jumps[n][at], jumps[n]
+        moved = [
+            (*jumps[:n], (*own[:at], (when + shift, gap), *own[at + 1 :]), *jumps[n + 1 :])
+            for shift in takes[n].frame * np.array([-2, -1, 1, 2])
+        ]
+        effects = [lost_frames.lost(one, takes) for one in moved]
         better = in_step([partial(instead, found, effect) for effect in effects])
         left = [one.chi2 if one else np.inf for one in better]
         if min(left) < found.chi2:
             jumps, found = moved[int(np.argmin(left))], better[int(np.argmin(left))]
-    jumps = lost_frames.gathered(jumps, (), data.frame)  # two that were moved together may be none
-    if not jumps or not _sight(found, data).are_whole(jumps):
-        return []
-    return [lost_frames.lost(jumps, data.frame)]
+    # two that were moved together may be none
+    jumps = _gathered(jumps, ((),) * len(takes), takes)
+    whole = all(_sight(found, n).are_whole(own) for n, own in enumerate(jumps) if own)
+    return [lost_frames.lost(jumps, takes)] if any(jumps) and whole else []
 
 
-def _with_jumps(start: TimeFit, jumps, data) -> TimeFit:
-    law, p = extend(start, (lost_frames.lost(jumps, data.frame),), [()])
+def _gathered(jumps: tuple, more, takes: tuple) -> tuple:
+    return tuple(
+        lost_frames.gathered(own, other, data.frame)
+        for own, other, data in zip(jumps, more, takes, strict=True)
+    )
+
+
+def _with_jumps(start: TimeFit, jumps: tuple, takes: tuple) -> TimeFit:
+    law, p = extend(start, (lost_frames.lost(jumps, takes),), [()])
     return fit(law, p, evaluations=2)
 
 
-def _sight(found: TimeFit, data) -> lost_frames.Sight:
-    index = found.law.fitted[0]
-    u, s = found.motions[0], data.time[:, None] / data.time[-1]
+def _sight(found: TimeFit, take: int) -> lost_frames.Sight:
+    index = found.law.fitted[take]
+    data = found.law.takes[index]
+    u, s = found.motions[take], data.time[:, None] / data.time[-1]
     v = np.gradient(u, data.time, axis=0) / found.law.setting.omega
     basis = np.hstack([u, v, s * u, s * v, np.ones((len(u), 1))])
     return lost_frames.Sight(data, found.predicted[index], basis)

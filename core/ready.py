@@ -46,7 +46,7 @@ def to_their_end(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
 
 
 def polished(found: list[Candidate], declared: TimeFit, widen: Callable) -> list[Candidate]:
-    """The candidates of two effects, the best ones with the modes that they lay bare.
+    """The candidates of two effects, the best ones with all that they lay bare.
 
     Modes that die soon are missed in the first part only.
     """
@@ -55,7 +55,7 @@ def polished(found: list[Candidate], declared: TimeFit, widen: Callable) -> list
 
 
 def widened(strong: list[Candidate], declared: TimeFit, widen: Callable) -> list[Candidate]:
-    """The candidates, those near the best with the modes that they lay bare."""
+    """The candidates, those near the best with all that they lay bare."""
     able = [c.evidence >= NEARLY * strong[0].evidence and n < RIVALS for n, c in enumerate(strong)]
     return _laid_bare(strong, able, declared, widen)
 
@@ -71,10 +71,10 @@ def _laid_bare(found: list[Candidate], able: list[bool], declared: TimeFit, wide
         own = c.found.law.effects[-len(c.names) :]
         if not may or c.found.chi2 < NOISY * c.found.samples:
             return c
-        wider = with_branch(c.found, len(own))
-        if not any(e.given for e in own):
-            wider = widen(wider, len(own))
-        return max(c, judge(c.names, wider, declared), key=lambda one: one.evidence)
+        two = with_branch(c.found, len(own))
+        more = two if any(e.given for e in own) else widen(two, len(own))
+        others = [judge(c.names, found, declared) for found in (two, more)]
+        return max(c, *others, key=lambda one: one.evidence)
 
     out = in_step([partial(laid_bare, *one) for one in zip(found, able, strict=True)])
     return sorted(out, key=lambda c: -c.evidence)

@@ -3,17 +3,22 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from .advice import advise
 from .dac import SURE
 from .data import Estimate
 from .diagnosis import Verdict, probabilities
 from .effects import DAMPING, MODAL_EFFECTS, perspective
+from .effects.base import Setting
 from .joint import Heard
 from .law import TimeFit, unpack
 from .match import likeness
 from .report import estimate, estimate_of
 from .residual import errors, noise_share
+
+UNSURE = 10.0  # relative standard deviation of a size, at most
+DEAD = np.exp(-2)  # of what a mode was at the release: where less is left, what it was is a guess
 
 
 def inflation(found: TimeFit) -> float:
@@ -106,12 +111,7 @@ def parameters(found: TimeFit, index: int) -> dict:
     if effect.report is None:
         return {}
     shape = found.column_shapes()[index]
-    setting = replace(
-        law.setting,
-        pose=_pose(found),
-        pitches=found.frequency,
-        near=perspective.near(found),
-    )
+    setting = as_fitted(found)
     a, b, _ = law.sizes()
     at = a + b + sum(len(t[0]) for t in found.theta[:index])
     block = found.covariance[at : at + len(theta), at : at + len(theta)] * inflation(found)
@@ -124,16 +124,16 @@ def parameters(found: TimeFit, index: int) -> dict:
         for name, other in effect.report(moved, setting, shape).items():
             if isinstance(other, float | np.floating):
                 slopes[name][i] = (other - value[name]) / step
-    doubt = _strength_doubt(found, index, shape)
-    if doubt > 0:  # the shapes' sizes are uncertain too: one more column, independent of theta
-        block = np.pad(block, ((0, 1), (0, 1)))
-        block[-1, -1] = doubt**2
-        moved = effect.report(theta, setting, shape * (1 + 1e-4))
-        slopes = {
-            name: np.r_[slope, (moved[name] - value[name]) / 1e-4]
-            for name, slope in slopes.items()
-            if isinstance(value[name], float | np.floating)
-        } | {name: None for name in value if not isinstance(value[name], float | np.floating)}
+    doubt = _doubt_of_sizes(found, index, shape)
+    if len(doubt):  # the shapes' sizes are uncertain too: more columns, independent of theta
+        block = block_diag(block, doubt)
+        for name, one in value.items():
+            if not isinstance(one, float | np.floating):
+                slopes[name] = None
+        for grown in 1 + 1e-4 * np.eye(len(doubt)):
+            for name, other in effect.report(theta, setting, shape * grown).items():
+                if slopes[name] is not None:
+                    slopes[name] = np.r_[slopes[name], (other - value[name]) / 1e-4]
     units = {p.name: p for p in effect.parameters}
     told = {
         name: _told(one, slopes[name], block, units[name])
@@ -142,6 +142,16 @@ def parameters(found: TimeFit, index: int) -> dict:
     }
     spread = np.sqrt(np.diag(block))[len(effect.low) : len(theta)]
     return _widened(told, units, _others(effect, theta, (setting, shape, spread)))
+
+
+def as_fitted(found: TimeFit) -> Setting:
+    """What is known of the motion once it is fitted."""
+    return replace(
+        found.law.setting,
+        pose=_pose(found),
+        pitches=found.frequency,
+        near=perspective.near(found),
+    )
 
 
 def _others(effect, theta, known):
@@ -175,36 +185,39 @@ def _pose(found: TimeFit) -> np.ndarray:
     """(C,) where the swinging part of the first fitted take turned round when it was let go.
 
     The first frame may be a little later: a mode's size, not its place there, tells how far it was.
+    Where it is so much later that a mode has died meanwhile, nothing is known of that one.
     """
     law = found.law
+    instants = np.array([[0.0, law.takes[law.fitted[0]].time[0]]])
     omega, _, first, _ = unpack(law, found.parameters[None], 0)
     place, speed = first[0, 0], first[0, 1] / omega[0]
-    pose = np.copysign(np.hypot(place, speed), place) @ found.shapes
-    start = np.zeros((1, 1))
+    alive = np.exp(-found.damping_ratio * omega[0] * instants[0, 1]) > DEAD
+    pose = np.where(alive, np.copysign(np.hypot(place, speed), place), 0.0) @ found.shapes
     for effect, theta, shape in zip(law.effects, found.theta, found.column_shapes(), strict=True):
         if effect.layer in ("pair", "mode"):
-            value = effect.columns(theta, law.setting, start, found.motions[0][None, :1])
-            pose = pose + shape @ value[0, 0]
+            waves = effect.columns(theta, law.setting, instants, found.motions[0][None, :2])
+            first, then = waves[0]
+            if np.linalg.norm(then) > DEAD * np.linalg.norm(first):
+                pose = pose + shape @ first
     return pose
 
 
-def _strength_doubt(found: TimeFit, index: int, shape: np.ndarray) -> float:
-    """Relative standard deviation of the size of an effect's own shapes; 0 without columns."""
+def _doubt_of_sizes(found: TimeFit, index: int, shape: np.ndarray) -> np.ndarray:
+    """(q, q) relative covariance of the sizes of an effect's own shapes (C, q); empty without."""
     law = found.law
     effect = law.effects[index]
-    if not effect.columns or not shape.size:
-        return 0.0
     data = law.takes[law.fitted[0]]
+    if not effect.columns or not shape.any():
+        return np.zeros((0, 0))
     columns = effect.columns(
         found.theta[index], law.setting, data.time[None], found.motions[0][None]
     )[0][data.fit]
-    power = ((columns - columns.mean(axis=0)) ** 2).sum(axis=0).max()
-    weight = law.reference[0]
-    size = np.abs(weight @ shape).max()
-    if not (power > 0 and size > 0):
-        return 0.0
-    noise = np.sqrt(inflation(found) * ((weight * data.sigma) ** 2).sum() / power)
-    return float(min(noise / size, 10.0))
+    columns = columns - columns.mean(axis=0)
+    noise = inflation(found) * ((law.reference[0] * data.sigma) ** 2).sum()
+    doubt = noise * np.linalg.pinv(columns.T @ columns)
+    sizes = law.reference[0] @ shape
+    sizes = np.copysign(np.maximum(np.abs(sizes), np.sqrt(np.diag(doubt)) / UNSURE), sizes)
+    return doubt / np.outer(sizes, sizes)
 
 
 def _told(value, slope, block, parameter) -> dict:

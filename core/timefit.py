@@ -27,7 +27,8 @@ def _cut(law: Law, horizon: float) -> Law:
     takes = list(law.takes)
     for index in law.fitted:
         data = takes[index]
-        n = int((data.time <= horizon * data.time[data.fit][-1] + 1e-12).sum())
+        first, last = data.time[0], data.time[data.fit][-1]
+        n = int((data.time <= first + horizon * (last - first) + 1e-12).sum())
         takes[index] = replace(
             data,
             time=data.time[:n],

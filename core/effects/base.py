@@ -99,7 +99,7 @@ class Effect:
       columns(theta, setting, time, u) -> (B, T, q)   motion with a free shape
       beside(theta, omega, zeta, time) -> (B, T, q)   the same, of the modes' own pitches (B, K) as
           they are fitted; it goes before `columns`
-      clock(theta, setting, time) -> (B, T)           instants at which the model is seen
+      clock(theta, setting, time, take) -> (B, T)     instants at which the model is seen in it
       delay(theta, setting, row) -> (B, C, T)         s, later sight of samples on rows (C, T)
       starts(setting, residual) -> list of theta      where the fit begins
       report(theta, setting, shape) -> {name: value}   the contract's parameters; shape (C, q) is

@@ -17,12 +17,15 @@ EDGE = 4  # samples at either end that cannot tell
 WHOLE = 0.3  # frames by which what is left of a jump may differ from none
 
 
-def lost(jumps: tuple[tuple[float, float], ...], frame: float) -> Effect:
-    """Known jumps (instant s, seconds gained)."""
+def lost(jumps: tuple[tuple[tuple[float, float], ...], ...], takes: tuple) -> Effect:
+    """Known jumps (instant s, seconds gained) of each of the takes (Channels)."""
 
-    def clock(theta, setting, time):
-        return time + sum(gain * (time >= when) for when, gain in jumps)
+    def clock(theta, setting, time, take):
+        own = next((own for data, own in zip(takes, jumps, strict=True) if data.take is take), ())
+        return time + sum(gain * (time >= when) for when, gain in own)
 
+    pairs = zip(takes, jumps, strict=True)
+    count = sum(abs(gain) / data.frame for data, own in pairs for _, gain in own)
     return Effect(
         name="lost_frames",
         layer="camera",
@@ -31,10 +34,8 @@ def lost(jumps: tuple[tuple[float, float], ...], frame: float) -> Effect:
         settle="export the clip with its time stamps, or film a running clock",
         starts=lambda setting, residual: [()],
         clock=clock,
-        free=2 * len(jumps),
-        report=lambda theta, setting, shape: {
-            "frames": round(sum(abs(gain) for _, gain in jumps) / frame)
-        },
+        free=2 * sum(map(len, jumps)),
+        report=lambda theta, setting, shape: {"frames": round(count)},
     )
 
 

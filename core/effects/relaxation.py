@@ -14,6 +14,7 @@ import numpy as np
 from .base import Effect, Parameter
 
 SLOWEST = 2.0  # times the record that the return may take: an offset, beyond
+LEAST = 1e-9  # of the pose that returns slowly
 SHORT = 0.5  # of its time that it was held before the release at least; who knows?
 
 
@@ -29,34 +30,53 @@ def starts(setting, residual):
 
 
 def veto(found):
-    """Faster than it swings it is damping; much slower than the record it is an offset."""
-    time = np.exp(found.theta[-1][0])
-    if time.max() > SLOWEST * found.law.setting.duration:
+    return unseen(found.theta[-1][0], found.law.setting)
+
+
+def unseen(theta, setting) -> str:
+    """Why no record shows such times, or "": faster than it swings it is damping; much slower than
+    the record it is an offset.
+    """
+    time = np.exp(theta)
+    if time.max() > SLOWEST * setting.duration:
         return "much slower than the record"
-    return "it is damping" if time.min() * found.law.setting.omega[0] < 1 else ""
+    return "it is damping" if time.min() * setting.omega[0] < 1 else ""
 
 
 def report(theta, setting, shape):
-    """The branch's share of the pose it was let go from, held long before, and its own time.
-
-    The slow return has that pose's shape, all modes in it, r to what swings back at once. Of two
-    branches it is the stiffness of both, and the time of the stiffer one.
-    """
-    return _told(theta, _ratios(setting, shape))
+    """The branches' stiffness over the static one, and the time of the stiffest."""
+    return _told(theta, returns(setting, shape))
 
 
 def alike(theta, setting, shape):
     """What was not held for long has crept but a part of its way."""
-    return [_told(theta, _ratios(setting, shape) / (1 - np.exp(-SHORT)))]
+    return [_told(theta, returns(setting, shape) / (1 - np.exp(-SHORT)))]
 
 
-def _ratios(setting, shape):
+def returns(setting, shape):
+    """(q,) the slow returns over what swings at once, where the pose was held long before.
+
+    A slow return has the shape of that pose, all modes in it.
+    """
     return np.abs(setting.pose @ shape) / (setting.pose @ setting.pose)
 
 
-def _told(theta, ratios):
-    first = np.argmax(ratios)
-    return {"ratio": ratios.sum(), "time": np.exp(theta[first]) / (1 + ratios[first])}
+def branches(theta, returned):
+    """Stiffnesses over the static one (q,) and times (q,) s of Maxwell's branches beside a spring.
+
+    What returns by `returned` with the times exp(theta) is the creep 1 + sum returned_i /
+    (1 + s exp(theta_i)), in Laplace's s; its inverse is that of the branches (Tschoegl, The
+    Phenomenological Theory of Linear Viscoelastic Behavior, 1989, 4.1).
+    """
+    times, returned = np.exp(theta), np.maximum(returned, LEAST)
+    rate = np.linalg.eigvals(np.diag(1 / times) + (returned / times)[:, None]).real
+    slope = (returned * times / (1 - np.outer(rate, times)) ** 2).sum(axis=1)
+    return (1 + returned.sum()) / (rate * slope), 1 / rate
+
+
+def _told(theta, returned):
+    stiff, time = branches(theta, returned)
+    return {"ratio": stiff.sum(), "time": time[np.argmax(stiff)]}
 
 
 EFFECT = Effect(

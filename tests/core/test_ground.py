@@ -27,3 +27,27 @@ def test_a_faint_mode_tells_of_the_body_where_it_moves_as_one_of_its_own(shape, 
     shape = np.r_[shape, np.zeros(4 - len(shape))]
     one = FurtherMode(7.0, 0.02, shape, 1e-3, loud, 4)
     assert _of_the_body([one], np.eye(3, 4), heard()) == ([one] if tells else [])
+
+
+def unlike(channels, seed):
+    """A faint motion that is none of the body's."""
+    shape = np.random.default_rng(seed).standard_normal(channels)
+    return FurtherMode(7.0, 0.02, shape, 1e-3, 0.001, 4)
+
+
+@pytest.mark.parametrize("channels", [3, 6, 12, 24])
+def test_what_is_none_of_its_modes_seldom_tells_of_the_body(channels):
+    """With few channels any motion is like some mode's."""
+    told = 0
+    for seed in range(200):
+        seen = np.random.default_rng(1000 + seed).standard_normal((3, channels))
+        told += len(_of_the_body([unlike(channels, seed)], seen, heard()))
+    assert told <= 0.08 * 200
+
+
+def test_a_mode_that_no_channel_sees_is_like_nothing():
+    for seed in range(20):
+        seen = np.eye(3, 12)
+        seen[1:] *= 1e-9 * np.random.default_rng(seed).standard_normal((2, 1))
+        shape = np.r_[0.0, 1.0, np.zeros(10)]
+        assert not _of_the_body([FurtherMode(7.0, 0.02, shape, 1e-3, 0.001, 4)], seen, heard())

@@ -32,6 +32,7 @@ from core.law import bounds
 from core.linear_part import solve
 from core.outset import begin, outsets
 from core.race import Try, race, worth
+from core.read_off import read_off
 from core.ready import to_their_end
 from core.refit import turned
 from core.settle import astray
@@ -48,17 +49,17 @@ SHAPE = np.array([1.0, 0.6, -0.3, 0.1])
 W = float(OMEGA[0])
 
 
-def channels(values, sigma=NOISE):
+def channels(values, sigma=NOISE, time=TIME):
     """What the fit is told of a recording (T, C); the last third is held out."""
     T, C = values.shape
     markers = [SimpleNamespace(name=f"m{n + 1}", on="object") for n in range(C)]
     recording = SimpleNamespace(camera=None, markers=markers, values=values[:, :, None])
     take = SimpleNamespace(held_out=False, recording=recording)
     return Channels(
-        time=TIME[:T],
+        time=time[:T],
         values=values,
         sigma=np.full(C, sigma),
-        fit=TIME[:T] <= TIME[T - 1] * 2 / 3,
+        fit=time[:T] <= time[T - 1] * 2 / 3,
         marker=np.arange(C),
         support=np.zeros(C, bool),
         directions=np.tile([1.0, 0, 0], (C, 1)),
@@ -154,6 +155,20 @@ def test_the_linear_part_is_that_of_least_squares_a_channel():
         basis = solved.bases[0][0, 0]
         exact, *_ = np.linalg.lstsq(basis[use], values[use, c], rcond=None)
         assert solved.coefficients[0, c] == pytest.approx(exact, rel=1e-6, abs=1e-12)
+
+
+def test_frames_lost_in_one_of_two_takes_are_found_there():
+    whole, gappy = moved(seed=0), np.delete(moved(seed=1), [100, 101], axis=0)
+    found = declared(channels(whole), channels(gappy), condition=(0, 0))
+    assert found.chi2 > 5 * found.samples
+    (effect,) = [effect for effect in read_off(found) if effect.name == "lost_frames"]
+    law, p = extend(found, (effect,), [()])
+    with_it = fit(law, p)
+    assert parameters(with_it, 0)["frames"]["value"] == 2
+    assert with_it.chi2 < 1.1 * with_it.samples
+    first, second = (effect.clock(None, None, TIME, data.take) - TIME for data in law.takes)
+    assert not first.any()
+    assert second[[99, 100]] == pytest.approx([0, 2 / RATE])
 
 
 @pytest.mark.parametrize("condition", [(0, 0), (0, 1)])
