@@ -21,6 +21,7 @@ from .residual import errors, motion_rms, nrmse
 from .tell import inflation
 
 WHOLE = 1.1  # of a frame that a camera's readout takes at most, its clock being a little off
+MORE = 1.2  # of the error, held out or fitted, that is left without a folded mode that shows
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +31,12 @@ class Seen:
     effect: dict  # as the report gives it
     share: float  # of the motion, rms
     before: tuple[float, float] | None  # held-out and fitted error without it, where it changes
+    shows: bool = True  # beside the noise
+
+    @property
+    def material(self) -> bool:
+        """Whether it counts as an effect."""
+        return self.share >= MATERIAL and self.shows
 
 
 def camera_effects(heard: Heard, verdict: Verdict) -> list[Seen]:
@@ -88,7 +95,8 @@ def _folded(heard: Heard, found: TimeFit) -> list[Seen]:
             "twins": [],
         }
         before = nrmse(law.takes, without, True), nrmse(law.takes, without, False)
-        out.append(Seen(told, float(share), before))
+        shows = any(b > MORE * e for b, e in zip(before, errors(found), strict=True))
+        out.append(Seen(told, float(share), before, shows))
     return sorted(out, key=lambda one: -one.share)[:1]
 
 

@@ -245,8 +245,8 @@ def _unless_it_weakens(verdict: Verdict, able: list[Candidate]) -> Verdict:
 
 
 def _stand(found: list[Candidate]) -> list[Candidate]:
-    """The candidates of two effects from the first on whose earlier one is one beside the other."""
-    while found and vetoed(turned(found[0].found)):
+    """The candidates of two effects from the first on where each is one beside the other."""
+    while found and (vetoed(found[0].found) or vetoed(turned(found[0].found))):
         found = found[1:]
     return found
 

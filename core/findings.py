@@ -10,7 +10,7 @@ from .body_error import leaves, mends, row
 from .camera_layer import camera_effects
 from .compare import PIECES, Hypothesis, Measured
 from .dac import SURE
-from .diagnosis import MATERIAL, Verdict
+from .diagnosis import Verdict
 from .ground import Ground, acts, creeps, ground_of, moved, softer
 from .joint import Heard
 from .match import PAIR
@@ -73,7 +73,7 @@ def examine(heard: Heard, verdict: Verdict, stiff: np.ndarray, sigma: np.ndarray
     seen = [one for one in camera_effects(heard, verdict) if one.effect["name"] not in known]
     if found.effects:  # a changed body's shapes are not those that a lag is read beside
         seen = [one for one in seen if one.effect["name"] != "rolling_shutter"]
-    large = [one for one in seen if one.share >= MATERIAL]
+    large = [one for one in seen if one.material]
     if not large:
         return replace(found, minor=tuple((o.effect["name"], o.share) for o in seen))
     in_time = len(verdict.effects) > verdict.laws

@@ -20,7 +20,7 @@ PARTED = 0.003  # the same, of a pair that a load on the body parts
 BESIDE = 0.25  # relative, from the strongest mode: nearer, what acts in time makes lines too
 TWIN = 0.25  # the same from a mode whose degenerate partner was not matched
 NEAR = 0.1  # of a computed pitch, that a mode beside the strongest one has
-SAME = 0.7  # MAC with the strongest mode above which it mimics what acts in time
+SAME = 0.7  # share along the strongest mode above which it mimics what acts in time
 LOWEST = 0.9  # of the body's lowest pitch
 ALIKE = (0.3, 3.0)  # damping ratio over that of the known modes
 STEEPER = 1.5  # damping ratio over pitch, over the same of the known modes
@@ -171,11 +171,21 @@ def _told(
             damps_alike(f, z, own, found.damping_ratio)
             # a load lowers what is heard first by less than what lies below
             and (loaded or f > lowest)
-            and mac(shape, found.shapes[0, on]) < SAME
+            and not _mimics(shape, f, found.shapes[:, on], own)
         ):
             return []
         out.append((float(f), float(z)))
     return out
+
+
+def _mimics(shape: np.ndarray, f: float, known: np.ndarray, own: np.ndarray) -> bool:
+    """Whether a motion (C,) at `f` Hz goes as the strongest of the `known` modes (K, C) or the pair
+    that it is one of, as what acts in time makes it.
+    """
+    near = (np.abs(np.log(f / own)) < BESIDE) & (np.abs(np.log(own[0] / own)) < SPLIT)
+    near[0] = True
+    q, _ = np.linalg.qr(known[near].T)
+    return bool(((q.T @ shape) ** 2).sum() > SAME * (shape @ shape))
 
 
 def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[float, float]]:

@@ -14,6 +14,7 @@ ROUNDED = 0.01  # of a frame that a written instant may be beside one
 ENOUGH = 12  # samples of a channel that an inversion needs
 FIRST = 3  # frames at most that have still seen the object held
 OFF, HELD = 3.0, 0.5  # noise, rms, that such a frame is off by; share of what is left that it makes
+NEXT = 8  # frames after it, that it is compared with
 BRIEF = 1.0  # decay (nepers) in a frame, of a pole that stands for such a frame
 PERIODS = 2.0  # of the lowest mode that a recording must hold
 
@@ -90,18 +91,21 @@ def _all_free(data: Channels) -> tuple[Channels, RingDown]:
     the object has moved by more than noise. No sum of swings that last reaches such a frame.
     """
     ring = _inverted(data)
-    left, samples = _left(data, ring)
+    left, seen = _left(data, ring)
     for _ in range(FIRST):
         later = _without(data, 1)
-        first = np.isfinite(data.values[0, ~data.support]).sum()
-        if left - samples < (OFF**2 - 1) * first or not _is_enough(later):
+        if left.sum() - seen.sum() < (OFF**2 - 1) * seen[0] or not _is_enough(later):
             break
         other = _inverted(later)
         less, fewer = _left(later, other)
-        gain = left - less - (samples - fewer)
-        if gain < (OFF**2 - 1) * (samples - fewer) or gain < HELD * (left - samples):
+        gain, samples = left.sum() - less.sum(), seen.sum() - fewer.sum()
+        # what acts in time leaves much, but no more in the first frame than in the next ones
+        usual = max(less[:NEXT].sum() / max(fewer[:NEXT].sum(), 1), 1.0) * samples
+        if gain - samples < (OFF**2 - 1) * samples:
             break
-        data, ring, left, samples = later, other, less, fewer
+        if gain - samples < HELD * (left.sum() - seen.sum()) and gain < OFF**2 * usual:
+            break
+        data, ring, left, seen = later, other, less, fewer
     return data, ring
 
 
@@ -111,15 +115,14 @@ def _is_enough(data: Channels) -> bool:
     return len(seen) > 0 and seen.min() >= ENOUGH
 
 
-def _left(data: Channels, ring: RingDown) -> tuple[float, int]:
-    """Misfit, in noise squared, of the fitted part to the swings that last, and its samples."""
+def _left(data: Channels, ring: RingDown) -> tuple[np.ndarray, np.ndarray]:
+    """Misfit, in noise squared, of each fitted frame to the swings that last, and its samples."""
     on = ~data.support
     pole = poles(ring.frequency, ring.damping_ratio)
     lasting = -pole.real * data.frame < BRIEF
     phase = np.exp(np.outer(data.time - ring.t0, pole[lasting]))
     left = (data.values[:, on] - (phase @ ring.amplitude[lasting]).real - ring.offset)[data.fit]
-    seen = np.isfinite(left)
-    return float(((left / data.sigma[on])[seen] ** 2).sum()), int(seen.sum())
+    return np.nansum((left / data.sigma[on]) ** 2, axis=1), np.isfinite(left).sum(axis=1)
 
 
 def _without(data: Channels, first: int) -> Channels:

@@ -14,6 +14,7 @@ from .base import FAINT, Effect, Parameter, companion, ring
 from .partner import SPREAD, another_motion
 
 NOTHING = 1.3  # misfit per sample
+WHIRL = 0.2  # of the second mode's motion, that it makes a quarter of a period off the rest
 
 
 def columns(theta, setting, time, u):
@@ -34,7 +35,16 @@ def veto(found):
     why = another_motion(found, k)
     if why:
         return why
+    if _whirls(found):
+        return "its second direction turns by itself: none of a body at rest does"
     return "" if _other_way(found) else companion(found, k)
+
+
+def _whirls(found) -> bool:
+    """Whether the last effect's motion is an ellipse: a spin parts a pair into two that turn."""
+    data = found.law.takes[found.law.fitted[0]]
+    size = np.linalg.svd(found.column_shapes()[-1] / data.sigma[:, None], compute_uv=False)
+    return bool(size[1] ** 2 > WHIRL * (size**2).sum())
 
 
 def _other_way(found) -> bool:

@@ -81,8 +81,8 @@ def test_two_channels_tell_nothing_of_a_pairs_rows():
     assert lag([few]) is None
 
 
-def planted(kind, seed, folder):
-    truth = make(kind, seed, folder)
+def planted(kind, seed, folder, **given):
+    truth = make(kind, seed, folder, **given)
     result = calibrate_case(folder / "case.toml")
     return truth, result, result.report["diagnosis"]
 
@@ -106,6 +106,14 @@ def test_a_folded_mode_is_named_with_its_true_pitch_and_baked_at_it(tmp_path):
     turns = np.flatnonzero(np.diff(np.sign(weight[: len(weight) // 4])))
     half = np.median(np.diff(result.motion.time[turns]))
     assert 0.5 / half == pytest.approx(told, rel=0.03)
+
+
+@pytest.mark.slow
+def test_a_fold_under_the_noise_is_told_as_minor(tmp_path):
+    """The model is no worse for it, as far as this recording can say."""
+    _, _, diagnosis = planted("aliasing", 84, tmp_path, snr=20)
+    assert diagnosis["verdict"] == "adequate"
+    assert [e["name"] for e in diagnosis["minor"]] == ["aliasing"]
 
 
 @pytest.mark.slow

@@ -123,8 +123,8 @@ def test_a_return_slower_than_the_record_is_one_until_it_is_no_more_than_an_offs
 def test_a_marker_wanders_in_parts_no_shorter_than_a_swing():
     plain, time = setting(), np.linspace(0, 4.0, 200)[None]
     brief = replace(plain, duration=7 / 5)  # of 5 Hz
-    few = tracker_drift.wander(0, "m").columns(np.zeros((1, 0)), plain, time, None)
-    fine = tracker_drift.wander(0, "m", fine=True)
+    few = tracker_drift.wander((0,), ["m"]).columns(np.zeros((1, 0)), plain, time, None)
+    fine = tracker_drift.wander((0,), ["m"], fine=True)
     assert few.shape[2] == 5
     assert fine.columns(np.zeros((1, 0)), plain, time, None).shape[2] == 20
     assert fine.columns(np.zeros((1, 0)), brief, time, None).shape[2] == 7
@@ -187,19 +187,37 @@ def test_the_size_of_a_shaking_counts_all_axes_and_no_marker_that_is_lost():
     assert base_motion.size(data, residual) == pytest.approx(np.sqrt(0.5), rel=0.01)
 
 
-def test_a_short_record_shows_coarse_wandering_only():
-    residual = np.zeros((100, 3))
-    take = SimpleNamespace(recording=SimpleNamespace(markers=[SimpleNamespace(name="m")] * 3))
+def strayed(markers: list[int], swings=12.0):
+    """What is proposed where these of nine markers leave much more than noise."""
+    residual = np.random.default_rng(3).standard_normal((100, 9))
+    residual[:, markers] += np.linspace(0, 30, 100)[:, None]
+    names = [SimpleNamespace(name=f"m{n}") for n in range(9)]
+    take = SimpleNamespace(recording=SimpleNamespace(markers=names))
     data = SimpleNamespace(
-        marker=np.arange(3), sigma=np.ones(3), time=np.arange(100) / 50, take=take,
+        marker=np.arange(9), sigma=np.ones(9), time=np.arange(100) / 50, take=take,
         fit=np.ones(100, bool),
     )  # fmt: skip
-    residual[:, 0] = 1.0
-    few, many = (
-        [e for e in tracker_drift.propose((data,), (residual,), 0, swings) if e.columns]
-        for swings in (4.0, 12.0)
-    )
+    return data, tracker_drift.propose((data,), (residual,), 0, swings)
+
+
+def test_a_short_record_shows_coarse_wandering_only():
+    (_, few), (_, many) = strayed([0], 4.0), strayed([0], 12.0)
     assert len(many) == len(few) + 2  # one more of each of the two worst markers
+
+
+@pytest.mark.parametrize(
+    ("markers", "together"),
+    [([2], []), ([2, 6], [2, 6]), ([0, 1, 2, 3], [])],  # what most show is the object's own
+)
+def test_a_few_markers_that_stray_together_are_proposed_together(markers, together):
+    data, proposed = strayed(markers)
+    told = [effect.report(None, None, None)["markers"] for effect in proposed]
+    several = [names for names in told if len(names) > 1]
+    assert bool(several) is bool(together)
+    assert all(names == [f"m{n}" for n in together] for names in several)
+    for effect, names in zip(proposed, told, strict=True):
+        if effect.channels:
+            assert [f"m{n}" for n in np.flatnonzero(effect.channels(None, data))] == names
 
 
 @pytest.mark.parametrize(("split", "is_one"), [(0.0025, True), (0.00299, False)])

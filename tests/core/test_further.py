@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from core.effects.further_mode import further_mode, pitch_of
-from core.further import _staying
+from core.further import _mimics, _staying
 from tests.core.test_simulate import AMPLITUDE
 from tests.core.test_timefit import TIME, W, channels, declared, moved
 
@@ -38,3 +38,19 @@ def test_what_turns_out_an_overtone_is_no_mode():
 def test_the_damping_of_a_mode_that_is_heard_anew_keeps_its_bound():
     found, count = _staying(sounding(2.38, 0.075), [further_mode(2.6 * FIRST, 0.02)], 0)
     assert count == 0
+
+
+def test_a_motion_in_the_span_of_a_loud_pair_is_none_of_its_own():
+    """A softening bends a pair as one: what it makes is like neither partner, and both."""
+    rng = np.random.default_rng(4)
+    known = rng.standard_normal((3, 12))
+    pair = known[0] - known[1]
+    for shape, f, partner, alike in [
+        (pair, 5.6, 5.2, True),
+        (pair, 9.0, 5.2, False),  # the partner is too far from it
+        (pair, 5.6, 6.0, False),  # no pair: each bends by itself
+        (known[0], 9.0, 5.2, True),
+        (known[2], 5.6, 5.2, False),
+        (pair + 2 * rng.standard_normal(12), 5.6, 5.2, False),
+    ]:
+        assert _mimics(shape, f, known, np.array([5.0, partner, 11.0])) is alike

@@ -37,6 +37,17 @@ def test_frames_that_saw_the_object_held_are_left_out_and_no_others(held):
         assert ring.damping_ratio[0] == pytest.approx(DAMPING_RATIO, rel=0.03)
 
 
+def test_held_frames_are_left_out_beside_what_acts_later():
+    """A marker that jumps leaves far more than the held frames do; they stand out all the same."""
+    for seed in range(4):
+        take = held_then_free(3, seed)
+        values = take.recording.values.copy()
+        values[90:, 1] += 0.2
+        jumped = replace(take, recording=replace(take.recording, values=values))
+        free, _ = listen(jumped, lambda time, signals: (0.0, time[-1]))
+        assert 2 <= len(take.recording.time) - len(free.time) <= 3
+
+
 def test_a_marker_seen_just_often_enough_is_heard():
     """A frame less, and no inversion would be possible."""
     for seed in range(3):

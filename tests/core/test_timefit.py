@@ -377,6 +377,8 @@ def split(by, z=0.02, *, sigma=(0.0, 0.0), left=1.0, across=True, tilted=False, 
             modes=1,
             own=1,
             damping="free",
+            fitted=(0,),
+            takes=(SimpleNamespace(sigma=np.full(2, 0.1)),),
         ),
         frequency=OMEGA / (2 * np.pi),
         damping_ratio=np.array([0.02]),
@@ -385,7 +387,7 @@ def split(by, z=0.02, *, sigma=(0.0, 0.0), left=1.0, across=True, tilted=False, 
         chi2=100.0 * left,
         samples=100,
         coefficients=np.array([[1.0], [0.0 if across else 0.5]]),
-        column_shapes=lambda take=0: [np.array(second)],
+        column_shapes=lambda take=0: [np.hstack([second, np.zeros((2, 1))])],
     )
 
 
@@ -414,6 +416,15 @@ def test_a_split_of_the_same_shape_is_one_where_a_camera_may_see_both_ways_alike
 )
 def test_a_pair_is_damped_alike_and_by_half_more_straight_across(z, spread, tilted, named):
     one = split(0.05, z, sigma=(0.0, spread), tilted=tilted)
+    assert bool(split_modes.veto(one)) is not named
+
+
+@pytest.mark.parametrize(("turning", "named"), [(0.4, True), (0.6, False)])
+def test_a_partner_that_turns_by_itself_is_no_mode_of_a_body_at_rest(turning, named):
+    """As much of it a quarter of a period off as makes an ellipse of that ratio of its axes."""
+    one = split(0.05)
+    shapes = np.array([[0.0, turning], [1.0, 0.0]])
+    one.column_shapes = lambda take=0: [shapes @ np.array([[0.6, 0.8], [-0.8, 0.6]])]
     assert bool(split_modes.veto(one)) is not named
 
 

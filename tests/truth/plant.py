@@ -105,7 +105,13 @@ def asymmetric_stiffness(rng, stage) -> Planted:
     def law(s):
         if form == "bilinear":
             return lambda x: k * s * max(sign * x, 0.0) * sign
-        return lambda x: k * s * sign * x * x / far
+        most = 0.45 * far / s  # beyond, it goes on evenly: a tenth of the body's stiffness is left
+
+        def quadratic(x):
+            near = min(max(x, -most), most)
+            return k * s * sign * near * (2 * x - near) / far
+
+        return quadratic
 
     def facts(s, film):
         return {"form": str(form), "local_ratio": 1 + s if form == "bilinear" else None}
