@@ -111,10 +111,10 @@ class FurtherMode:
 
 
 def further_modes(verdict: Verdict) -> list[FurtherMode]:
-    """The further modes of a take in which nothing acts in time."""
+    """The further modes of a take in which nothing acts in time but a pair that is parted."""
     final = verdict.final
     law = final.law
-    if acts(final):
+    if acts(final, but=split_modes.EFFECT.name):
         return []
     data = law.takes[law.fitted[0]]
     known = np.sqrt(((final.motions[0].std(axis=0)[:, None] * final.shapes) ** 2).sum(axis=1))
@@ -173,9 +173,9 @@ def _bent(final: TimeFit) -> float:
     return float(np.log(max(told, default=1.0)) / 4)
 
 
-def acts(final: TimeFit) -> bool:
-    """Whether an effect in time, declared or found, is in the fit."""
-    return any(effect.layer in ("time", "camera") for effect in final.law.effects)
+def acts(final: TimeFit, but: str = "") -> bool:
+    """Whether an effect in time, declared or found, is in the fit; `but` names one not counted."""
+    return any(e.layer in ("time", "camera") and e.name != but for e in final.law.effects)
 
 
 def creeps(verdict: Verdict) -> bool:

@@ -277,6 +277,19 @@ def test_a_second_effect_that_tells_little_by_half_of_the_record_is_not_ended_wh
     assert [one for one, _ in worth([drag, rub], found)] == [rub]
 
 
+@pytest.mark.parametrize(("late", "goes_on"), [(0.0, False), (0.3, True)])
+def test_what_shows_late_is_not_judged_by_half_of_the_record(late, goes_on):
+    class Twice:
+        """The stiffness falls a little early, and by `late` after half of the fitted part."""
+
+        def pull(self, x, v, t, h):
+            return sum(Softening(*one).pull(x, v, t, h) for one in ((0.03, 0.5), (late, 1.6)))
+
+    found = declared(channels(moved(Twice())))
+    drag = tried(found, air_drag.EFFECT)
+    assert [one for one, _ in worth([drag], found)] == [drag] * goes_on
+
+
 def test_where_noise_is_most_of_what_is_left_half_of_the_record_tells_nothing():
     found = declared(channels(moved(Rub(0.002, 0.02)), sigma=0.9 * NOISE))
     assert found.chi2 > 1.2 * found.samples
