@@ -16,6 +16,7 @@ from .effects.rolling_shutter import Ellipse
 from .joint import Heard
 from .law import TimeFit, unpack
 from .match import PAIR, true_pitches
+from .near_camera import rest_places
 from .report import estimate
 from .residual import errors, motion_rms, nrmse
 from .tell import inflation
@@ -30,7 +31,7 @@ class Seen:
 
     effect: dict  # as the report gives it
     share: float  # of the motion, rms
-    before: tuple[float, float] | None  # held-out and fitted error without it, where it changes
+    before: tuple[float, float] | None  # held-out and fitted error without it; None: see Heard.far
     shows: bool = True  # beside the noise
 
     @property
@@ -101,16 +102,11 @@ def _folded(heard: Heard, found: TimeFit) -> list[Seen]:
 
 
 def _near(heard: Heard, verdict: Verdict) -> list[Seen]:
-    final = verdict.final
-    index = final.law.fitted[0]
-    data = final.law.takes[index]
-    if heard.body.case.shape == "unloaded" and data.take.gravity is not None:
-        return []  # the weight moves the rest places too
+    final = verdict.final if heard.far is None else heard.far.declared
     if any(effect.name == "perspective" for effect in final.law.effects):
         return []
-    offset = final.coefficients[:, final.law.own * final.law.conditions]
-    near = perspective.nearness(data, offset)
-    if near is None or not near.certain:
+    near = rest_places(heard, final)
+    if near is None:
         return []
     behind = final.law.setting.behind
     (known,) = perspective.EFFECT.parameters
@@ -122,7 +118,7 @@ def _near(heard: Heard, verdict: Verdict) -> list[Seen]:
         "probability": 1.0,
         "twins": [],
     }
-    return [Seen(told, MATERIAL, errors(final))]
+    return [Seen(told, MATERIAL, errors(final) if heard.far is None else None)]
 
 
 def _late(heard: Heard, found: TimeFit) -> list[Seen]:

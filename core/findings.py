@@ -77,14 +77,15 @@ def examine(heard: Heard, verdict: Verdict, stiff: np.ndarray, sigma: np.ndarray
     if not large:
         return replace(found, minor=tuple((o.effect["name"], o.share) for o in seen))
     in_time = len(verdict.effects) > verdict.laws
-    rows = [] if found.before or in_time else [(None, *large[0].before)]
+    shown = [] if found.before or in_time else [one for one in large if one.before]
+    rows = [(None, *one.before) for one in shown[:1]]
     return replace(
         found,
         verdict="explained" if found.verdict == "adequate" else found.verdict,
         effects=[*found.effects, *(one.effect for one in large)],
         minor=tuple((o.effect["name"], o.share) for o in seen if o not in large),
         before=found.before or (rows[0] if rows else None),
-        rows=(*found.rows, *((o.effect["name"], *errors(verdict.final)) for o in large if rows)),
+        rows=(*found.rows, *((o.effect["name"], *errors(verdict.final)) for o in shown)),
     )
 
 

@@ -58,6 +58,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     error = np.sqrt((UNSURE * spread) ** 2 + bias**2 + (0.5 * model_error) ** 2 + PITCH_FLOOR**2)
     middle, pair = split_modes.middle(final), final.law.setting.pair
     error[pair] = np.hypot(error[pair], split_modes.doubt(final))
+    error[: final.law.modes] = np.hypot(error[: final.law.modes], _blurred(heard, final))
     pitches = np.r_[true_frequency(heard, final), [one.frequency for one in further]]
     pitches[pair] *= middle
     samples = max(int(data.fit.sum()), 1)
@@ -96,6 +97,17 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     base = rematched(measured, values, body.seen(data), unit, base)
     ratios = np.r_[verdict.damped.damping_ratio, [one.damping_ratio for one in further]]
     return Ground(body, data, measured, base, shrink, sigma, ratios, pull)
+
+
+def _blurred(heard: Heard, final: TimeFit) -> np.ndarray:
+    """(K,) relative, how far computed modes that were not matched lie from each mode but the
+    strongest, those within its half-width: they may sound as one.
+    """
+    own, matched = heard.body.modes.frequency, list(heard.match.modes)
+    gaps = np.abs(np.log(np.delete(own, matched) / own[matched][:, None]))
+    far = np.where(gaps < final.damping_ratio[:, None], gaps, 0.0).max(axis=1)
+    far[np.argmax(final.swings)] = 0.0
+    return far
 
 
 @dataclass(frozen=True, eq=False)

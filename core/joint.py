@@ -53,6 +53,8 @@ class Heard:
     turns: tuple[np.ndarray | None, ...]  # per body (m, K): computed modes turned to measured
     free: TimeFit  # every mode with a damping ratio of its own
     declared: TimeFit  # damped as the case declares
+    # the same as the camera was declared, where it stands nearer than that
+    far: "Heard | None" = None
 
     @property
     def body(self) -> Body:

@@ -22,6 +22,7 @@ from .elasticity import add_loads
 from .findings import Findings, examine
 from .joint import Heard, hear, laid_bare
 from .law import TimeFit
+from .near_camera import as_seen_nearby
 from .play import motion
 from .rehear import second_hearing
 from .ringdown import find_release
@@ -87,8 +88,11 @@ def calibrate_case(
     body = heavy.body if heavy else body
     with meanwhile(partial(_stiffening, mesh, body)) as converged:
         heard = heavy or listened(body)
+        far, near = heard, as_seen_nearby(heard, listened)
+        heard = near or heard
         say(0.5, "Looking for what the model lacks")
         heard, verdict = second_hearing(heard, _diagnosed(heard), _diagnosed)
+        heard = replace(heard, far=far if near else None)
         say(0.8, "Comparing pitches and shapes")
         stiff, sigma = converged()
     findings = examine(heard, verdict, stiff, sigma)
@@ -114,7 +118,7 @@ def calibrate_case(
         verdict=verdict,
         findings=findings,
         budget_after=budget(final),
-        left_after=final.chi2 / max(heard.declared.chi2, 1e-300),
+        left_after=final.chi2 / max((heard.far or heard).declared.chi2, 1e-300),
     )
 
 
@@ -174,7 +178,7 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
             "ranking": findings.ranking,
             "advice": findings.advice,
             "minor": findings.minor,
-            "budget": findings.budget(budget(heard.declared)),
+            "budget": findings.budget(budget((heard.far or heard).declared)),
         },
     )
     without = told_without(
@@ -194,7 +198,13 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
         },
         "youngs_modulus": told_modulus(found, real),
         "modes": told_modes(heard, final, found.value * findings.stiffer, true),
-        "error": told_error(verdict, findings.before, findings.rows, findings.instead),
+        "error": told_error(
+            verdict,
+            findings.before,
+            findings.rows,
+            findings.instead,
+            heard.far and heard.far.declared,
+        ),
         "diagnosis": told,
         "warnings": [
             *findings.warnings,

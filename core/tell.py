@@ -235,12 +235,19 @@ def _told(value, slope, block, parameter) -> dict:
     return estimate(value, float(low), float(high), parameter.unit)
 
 
-def told_error(verdict: Verdict, before: tuple | None, tail: list[tuple], instead=()) -> dict:
+def told_error(
+    verdict: Verdict,
+    before: tuple | None,
+    tail: list[tuple],
+    instead=(),
+    far: TimeFit | None = None,
+) -> dict:
     """The report's error: `before` replaces the row of the declared body where its own pitches
     and shapes leave more.
 
     `tail` are rows (name, held-out, fit) of effects outside the time layer, put before those in
-    it. What the effects named `instead` take belongs to the last of them.
+    it. What the effects named `instead` take belongs to the last of them. `far`: the declared fit
+    as the camera was declared, where all others see through a nearer one.
     """
     takes, laws = verdict.final.law.takes, verdict.laws
     rows = [_row(name, *errors(found)) for name, found in verdict.chain[: laws + 1]]
@@ -252,6 +259,9 @@ def told_error(verdict: Verdict, before: tuple | None, tail: list[tuple], instea
             rows[-1] = _row(rows[-1]["added"], *errors(found))
         else:
             rows.append(_row(name, *errors(found)))
+    if far is not None:
+        rows[0] |= {"added": perspective.EFFECT.name}
+        rows.insert(0, _row(None, *errors(far)))
     return {
         "floor": noise_share(takes, True),
         "before": rows[0]["held_out"],

@@ -4,6 +4,7 @@ Law         pixel = principal + (pixel - principal) / (1 - d/D), d the motion to
             D is told of the object's middle
 Tells       the rest places: what is nearer is further from the picture's middle, each marker
             by its depth; and a second harmonic at once (no dynamics) with the same pattern
+Enters      as a pinhole camera at that distance, where the rest places tell it (`near_camera`)
 Looks like  asymmetric_stiffness, whose second harmonic is filtered by the mode
 Source      Hartley and Zisserman, Multiple View Geometry (2004), 6.3: weak perspective's next term
 """

@@ -432,6 +432,14 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="a mass that parts a pair is told by the other pitches",
         ),
         pytest.param(
+            "perspective", 82439, {"perspective"}, 1.1,
+            id="a near lens shows a mode that moves towards it",
+        ),
+        pytest.param(
+            "perspective", 82440, {"perspective"}, 1.1,
+            id="two faint modes within their width sound as one, and tell of no mass",
+        ),
+        pytest.param(
             "dry_friction", 40351, {"dry_friction"}, 1.2,
             id="a search for a rub begins with less damping than it makes",
         ),
