@@ -40,9 +40,10 @@ def weakens(declared: TimeFit, best: Candidate) -> bool:
     plain = min(plain, again, key=lambda found: found.chi2)
     before, after = (judge(best.names, found, declared).evidence for found in (plain, weak))
     # where it comes to rest a rub is hard to foretell, and the fitted part may say it alone
-    less = any(
-        _over(weak, parts) < WEAKENED * _over(plain, parts) for parts in ((False, True), (False,))
+    fitted, whole = (
+        _over(weak, parts) / max(_over(plain, parts), 1e-12) for parts in ((False,), (False, True))
     )
+    less = fitted < WEAKENED or (fitted < 1 and whole < WEAKENED)
     return after > before + EVIDENCE and less
 
 

@@ -1,7 +1,7 @@
 """When the free motion begins and where it has sunk into the noise."""
 
 import numpy as np
-from scipy.ndimage import median_filter
+from scipy.ndimage import maximum_filter1d, median_filter
 
 from . import varpro
 from .data import poles
@@ -101,6 +101,9 @@ def _energy(even: np.ndarray, lag: int, period: int) -> np.ndarray:
 def _end(energy: np.ndarray, peak: int, period: int, sunk: float) -> int:
     """The last frame of the ring-down."""
     least = np.minimum.accumulate(energy[peak:])
+    # what a drive keeps up rises within a period or two what it fell, and nothing struck
+    beats = np.minimum.accumulate(maximum_filter1d(energy, 2 * period + 1)[peak:])
+    least = np.where(least > STANDS_OUT, beats, least)
     again = np.flatnonzero(energy[peak:] > RISES * np.maximum(least, 1.0) + 1)
     stop = len(energy) - 1
     if len(again):

@@ -116,6 +116,8 @@ def criteria(marks: list) -> list:
     inside, total = (sum(m[k] for m in right) for k in ("inside", "parameters"))
     return [
         ("1 one effect: named first", "90 %", share(first_is_right, single)),
+        ("- the same, with nothing left unexplained", "-",
+         share(lambda m: first_is_right(m) and m["verdict"] == "explained", single)),
         ("1 one effect: in the named set with twins", "97 %", share(in_the_set, single)),
         ("2 nothing there: adequate", "98 %", share(is_adequate, of.get("null", []))),
         ("2 absorbed by Young's modulus or damping: adequate", "98 %",

@@ -440,6 +440,14 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="two faint modes within their width sound as one, and tell of no mass",
         ),
         pytest.param(
+            "steady_drive", 94141, {"steady_drive"}, 1.1,
+            id="a drive that beats with what it rings is no second blow",
+        ),
+        pytest.param(
+            "dry_friction", 94142, {"dry_friction"}, 1.4,
+            id="a rub that weakens must tell what was fitted better, not what was held out alone",
+        ),
+        pytest.param(
             "dry_friction", 40351, {"dry_friction"}, 1.2,
             id="a search for a rub begins with less damping than it makes",
         ),

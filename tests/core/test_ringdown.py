@@ -89,6 +89,18 @@ def test_a_second_blow_ends_the_ring_down():
     assert 4.0 < stop < 5.0
 
 
+def test_what_beats_with_a_drive_is_not_struck_again():
+    """At twice its pitch, the drive makes the energy of a period rise and fall from half swing to
+    half swing, fourfold, while the free motion dies.
+    """
+    t = np.arange(4 * FPS) / FPS
+    free = np.exp(-0.7 * t) * np.sin(2 * np.pi * 5.0 * t)
+    driven = 0.35 * np.sin(2 * np.pi * 10.05 * t)
+    y = (free + driven)[:, None] + 0.005 * np.random.default_rng(1).standard_normal((len(t), 3))
+    _, stop = find_release(t, y)
+    assert stop > 3.5
+
+
 def test_a_tail_of_noise_is_cut_off():
     rng = np.random.default_rng(0)
     y = let_go(CLIP, 1.0, damping_ratio=0.1)[:, None] + 0.01 * rng.standard_normal((480, 3))
