@@ -2,7 +2,10 @@
 
 Young's modulus scales all pitches alike, so it is fitted along with every body. A pitch counts
 with its own error and the model's (from mesh convergence), a shape with its noise and the share
-by which computed shapes and marker places are trusted.
+by which computed shapes and marker places are trusted. A stiffness that is a little off turns modes
+into one another by that over the distance of their eigenvalues (first-order perturbation: Courant
+and Hilbert, Methods of Mathematical Physics I, V.13), so a mode may hold some of its neighbours,
+which costs the more the further they lie apart.
 """
 
 from dataclasses import dataclass
@@ -15,6 +18,9 @@ PITCH_FLOOR = 0.003  # relative error of a computed pitch that convergence does 
 SHAPE_FLOOR = 0.02  # of a shape's largest entry
 PIECES = 6.0  # independent pieces of evidence in one shape, however many channels show it
 DEPENDENT = 1e-12  # squared sine below which two modes look the same
+MIXED = 0.1  # relative distance up to which two computed modes may turn into one another
+MIXING = 0.01  # half of the stiffness that a body may be off by, relatively: over that distance it
+# is the share by which they do
 LIKE = 0.4  # MAC from which a computed mode may be a measured one
 
 
@@ -140,16 +146,22 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
         sag = unit / modulus / measured.softer
     fitted, chi2 = [], []
     for k, j in enumerate(partners):
-        pair = shapes[np.abs(own / own[j] - 1) < PAIR]
+        gap = np.abs(own / own[j] - 1)
+        near = gap < MIXED
+        pair, gap = shapes[near], gap[near]
         w = 1 / measured.shape_error[k]
         weighed, wanted = pair * w, measured.shapes[k] * w
+        many = min(1.0, PIECES / (w > 1e-9).sum())
+        keep = np.zeros(len(pair))
         if len(pair) == 1:
             part = weighed @ wanted / max(float(weighed[0] @ weighed[0]), 1e-300)
         else:
-            part = _solved(weighed @ weighed.T, weighed @ wanted)
+            size, power = np.linalg.norm(weighed, axis=1).max(), max(wanted @ wanted, 1e-12)
+            keep = np.where(gap < PAIR, 0.0, (gap * size / MIXING) ** 2 / power)
+            part = _solved(weighed @ weighed.T + np.diag(keep / many), weighed @ wanted)
         fitted.append(part @ pair)
         left = ((measured.shapes[k] - fitted[-1]) * w) ** 2
-        chi2.append(left.sum() * min(1.0, PIECES / (w > 1e-9).sum()))
+        chi2.append(left.sum() * many + keep @ part**2)
     whole = float((pull**2).sum() + np.sum(chi2))
     if not whole < most:
         return None

@@ -440,6 +440,10 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="two faint modes within their width sound as one, and tell of no mass",
         ),
         pytest.param(
+            "gravity_preload", 94140, {"gravity_preload"}, np.inf,
+            id="two modes that lie near turn into one another",
+        ),
+        pytest.param(
             "steady_drive", 94141, {"steady_drive"}, 1.1,
             id="a drive that beats with what it rings is no second blow",
         ),

@@ -88,6 +88,19 @@ def test_a_sag_that_does_not_fit_the_pitches_is_doubted_however_well_these_fit(l
     assert (_chance(body, measured) < DOUBT) == doubted
 
 
+def test_two_modes_may_turn_into_one_another_by_how_near_they_lie():
+    rng = np.random.default_rng(3)
+    shapes = np.linalg.qr(rng.standard_normal((12, 3)))[0].T
+    cost = []
+    for gap in (0.005, 0.027, 0.09, 0.2):
+        pitch = np.array([3.0, 7.0, 7.0 * (1 + gap)])
+        seen = np.stack([shapes[0], shapes[1] + 0.8 * shapes[2]])
+        measured = Measured(pitch[:2], np.full(2, 0.003), seen, np.full(seen.shape, 0.02))
+        cost.append(compare(measured, (2 * np.pi * pitch) ** 2, shapes).chi2)
+    assert cost[0] < 1e-6 and cost[1] < 10
+    assert 10 * cost[1] < cost[2] < cost[3] and cost[3] > 300
+
+
 @pytest.mark.parametrize(("pitch", "ratio", "can_be"), [
     (40.0, 0.02, True),  # as the others
     (40.0, 0.14, True),  # steeper than its pitch, a little
