@@ -14,7 +14,7 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
     """(T, C) of a whole held-out take: all is known but its start, fitted where `fit` says.
 
     Its offsets are those of the first fitted take of its condition; motions that belong to a
-    release scale with the start.
+    release scale with the start, and those that an effect reads off the take are known.
     """
     condition = law.condition[index]
     same = [i for i in law.fitted if law.condition[i] == condition]
@@ -32,6 +32,8 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
     own = coefficients[:, law.own * condition : law.own * (condition + 1)]
     known = np.hstack([own, coefficients[:, head : head + each]])
     data = one.takes[0]
+    seen = sum(e.given(index) for e in law.effects if e.given)  # it cannot be foretold
+    data = replace(data, values=data.values - seen)
     use = data.fit[:, None] & data.known & ~data.support
 
     wide = dict(zip(law.effects, widths(law), strict=True))
@@ -46,7 +48,8 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
         scaled[:, scales] *= strength
         return np.swapaxes((basis @ scaled[None, :, :, None])[..., 0], 1, 2)
 
-    return _started(guess, data, use, (p[a + 2 * K * model : a + 2 * K * (model + 1)], law))
+    first = p[a + 2 * K * model : a + 2 * K * (model + 1)]
+    return _started(guess, data, use, (first, law)) + seen
 
 
 def _started(guess, data, use, given) -> np.ndarray:

@@ -17,6 +17,7 @@ from .match import PAIR
 PITCH_FLOOR = 0.003  # relative error of a computed pitch that convergence does not see
 SHAPE_FLOOR = 0.02  # of a shape's largest entry
 PIECES = 6.0  # independent pieces of evidence in one shape, however many channels show it
+UNSEEN = 1e-9  # weight of a channel that shows no mode
 DEPENDENT = 1e-12  # squared sine below which two modes look the same
 MIXED = 0.1  # relative distance up to which two computed modes may turn into one another
 MIXING = 0.01  # half of the stiffness that a body may be off by, relatively: over that distance it
@@ -40,6 +41,13 @@ class Measured:
     def weight(self) -> np.ndarray:
         """(K + 1,) of every pitch's logarithm, and of half the sag's."""
         return np.r_[self.error, self.sag_error / 2] ** -2.0
+
+    @property
+    def sure(self) -> np.ndarray:
+        """(K,) share of every shape that is no noise, by which it tells a mode."""
+        weight = 1 / self.shape_error
+        power = ((self.shapes * weight) ** 2).sum(axis=1) / (weight > UNSEEN).sum(axis=1)
+        return power / (1 + power)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +105,9 @@ def _partners(measured, own, alike, first) -> tuple[int, ...] | None:
     scale = measured.frequency[0] / own[first]
     taken = [first]
     for k in range(1, len(measured.frequency)):
-        score = alike[:, k] - np.abs(np.log(measured.frequency[k] / (scale * own)))
+        score = measured.sure[k] * alike[:, k] - np.abs(
+            np.log(measured.frequency[k] / (scale * own))
+        )
         score[taken] = -np.inf
         taken.append(int(np.argmax(score)))
     return tuple(taken)
@@ -151,7 +161,7 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
         pair, gap = shapes[near], gap[near]
         w = 1 / measured.shape_error[k]
         weighed, wanted = pair * w, measured.shapes[k] * w
-        many = min(1.0, PIECES / (w > 1e-9).sum())
+        many = min(1.0, PIECES / (w > UNSEEN).sum())
         keep = np.zeros(len(pair))
         if len(pair) == 1:
             part = weighed @ wanted / max(float(weighed[0] @ weighed[0]), 1e-300)

@@ -101,7 +101,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         return plain
     base, K = ground.base, len(ground.measured.frequency)
     pieces = K * PIECES + (K - 1) + (ground.pull is not None)
-    plain = replace(plain, warnings=_sag_lines(ground))
+    plain = replace(plain, warnings=_sag_lines(ground, base))
     marched = any(e.marched for e in verdict.final.law.effects)
     if marched and not _alike(base.modes, heard):
         return plain  # what acts in time has bent the shapes beyond knowing which mode is which
@@ -117,7 +117,8 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     known = [s for s in ranked if s.effect.name in heard.body.case.declared and s.evidence > 0]
     if known:  # as the author says, the body is this one
         base = known[0].hypothesis
-        plain = replace(plain, mesh_pitch=_mesh_pitch(known[0], heard, stiff))
+        as_said = _mesh_pitch(known[0], heard, stiff)
+        plain = replace(plain, mesh_pitch=as_said, warnings=_sag_lines(ground, base))
         if _chance(base, ground.measured) > doubt:
             return plain
         ranked = [replace(s, evidence=s.evidence - known[0].evidence) for s in ranked]
@@ -152,6 +153,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         plain,
         verdict=found,
         effects=[_told(best, ranked)],
+        warnings=_sag_lines(ground, best.hypothesis),
         ranking=_ranking(ranked, verdict, ground),
         before=before,
         rows=(with_it,),
@@ -195,15 +197,15 @@ def _no_suspects(body: Body) -> list[str]:
     return out
 
 
-def _sag_lines(ground: Ground) -> list[str]:
-    if ground.base.sag is None:
+def _sag_lines(ground: Ground, body: Hypothesis) -> list[str]:
+    if body.sag is None:
         return []
     at = int(np.argmax(np.abs(ground.measured.sag)))
     name = ground.data.take.recording.markers[ground.data.marker[at]].name
     unit = "px" if ground.data.take.recording.camera else "m"
     return [
         f"Sag of {name}: {abs(ground.measured.sag[at]):.4g} {unit} measured, "
-        f"{abs(ground.base.sag[at]):.4g} {unit} predicted."
+        f"{abs(body.sag[at]):.4g} {unit} predicted."
     ]
 
 

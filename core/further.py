@@ -61,15 +61,32 @@ def with_further(
             effects += [further_mode(f, z, found.law.loaded_alike(take)) for f, z in heard]
         if not effects:
             break
-        wider, kept = _staying(found, effects, len(found.law.effects) - after)
-        price = (wider.unknowns - found.unknowns) * np.log(wider.samples)
-        if not kept or found.chi2 - wider.chi2 < price + EVIDENCE * kept or displaced(wider, found):
+        wider = _worth_it(found, effects, len(found.law.effects) - after)
+        if wider is found:
             break
-        less = without_runaways(wider)
-        if bic(less) >= bic(found) or displaced(less, found):
-            break
-        found = less
+        found = wider
     return found
+
+
+def with_left_out(found: TimeFit, heard: list[tuple[int, float, float]]) -> TimeFit:
+    """The fit with modes that were matched in the takes of one load and are not seen in those of
+    another: each the number of its first fitted take, its pitch (Hz) and damping ratio.
+    """
+    if not heard or found.chi2 < QUIET * found.samples:
+        return found
+    effects = [further_mode(f, z, found.law.loaded_alike(take)) for take, f, z in heard]
+    return _worth_it(found, effects, len(found.law.effects))
+
+
+def _worth_it(found: TimeFit, effects: list, at: int) -> TimeFit:
+    """The fit with those of the modes that stay what they are, if they bring what modes must."""
+    wider, kept = _staying(found, effects, at)
+    price = (wider.unknowns - found.unknowns) * np.log(wider.samples)
+    gain = found.chi2 - wider.chi2
+    if not kept or gain < price + EVIDENCE * kept or displaced(wider, found):
+        return found
+    less = without_runaways(wider)
+    return found if bic(less) >= bic(found) or displaced(less, found) else less
 
 
 def without_runaways(found: TimeFit) -> TimeFit:
@@ -159,10 +176,13 @@ def _told(
     lowest = LOWEST * own[0] * body.modes.frequency[0] / body.modes.frequency[match.modes[0]]
     apart = np.abs(np.log(ring.frequency[:, None] / own))
     theirs = apart.argmin(axis=0)  # the pole of each mode that is fitted
+    there = _there(found, take)
     out = []
     for n, (f, z, amplitude) in enumerate(
         zip(ring.frequency, ring.damping_ratio, ring.amplitude, strict=True)
     ):
+        if any(abs(np.log(f / k)) < PARTED for k in there):
+            continue
         parted = loaded and n not in theirs and apart[n].min() > PARTED  # a pair, by the load
         if not parted and (apart[n].min() < APART or (paired and apart[n, pair] < SPLIT)):
             continue
@@ -175,6 +195,17 @@ def _told(
         ):
             return []
         out.append((float(f), float(z)))
+    return out
+
+
+def _there(found: TimeFit, take: int) -> list[float]:
+    """Hz of the further modes that a fitted take has."""
+    law, out = found.law, []
+    data = law.takes[law.fitted[take]]
+    for effect, theta in zip(law.effects, found.theta, strict=True):
+        here = effect.channels is None or effect.channels(law.setting, data).any()
+        if is_further(effect) and here:
+            out.append(pitch_of(effect, theta[0]))
     return out
 
 

@@ -15,7 +15,7 @@ from .effects import relaxation, split_modes
 from .effects.further_mode import is_a_mode, is_further, pitch_of
 from .elasticity import gravity_force, static
 from .joint import Heard
-from .law import TimeFit
+from .law import TimeFit, replace
 from .match import PAIR, likeness
 from .tell import as_fitted, inflation, parameters
 
@@ -95,6 +95,12 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     if base is None:
         return None
     base = rematched(measured, values, body.seen(data), unit, base)
+    if middle != 1:  # what parts one pair parts them all, this way or that
+        own = body.modes.frequency
+        paired = (np.abs(own[:, None] / own[list(base.modes)] - 1) < PAIR).sum(axis=0) > 1
+        error = np.where(paired, np.hypot(error, middle - 1), error)
+        measured = replace(measured, error=error)
+        base = compare(measured, values, body.seen(data), unit) or base
     ratios = np.r_[verdict.damped.damping_ratio, [one.damping_ratio for one in further]]
     return Ground(body, data, measured, base, shrink, sigma, ratios, pull)
 

@@ -9,7 +9,7 @@ from .channels import Channels
 from .data import RingDown, replace
 from .declared import with_declared
 from .effects.partner import is_of
-from .further import with_further, without_runaways
+from .further import with_further, with_left_out, without_runaways
 from .law import TimeFit
 from .lens import straightened
 from .listen import listen, listen_from
@@ -38,6 +38,7 @@ SHOWN = 0.7  # of that, rms, is left at most when it shows
 AUDIBLE = 0.05  # of the motion, rms, that must be left for that
 FAINT = 0.02  # of the strongest mode's swing: below, a partner is not looked for
 LADEN = 1.5  # of how far a load parts a pair as computed: its place and width are not sure
+SEAT = 0.1  # of how far a load shifts a pitch, that its place and width may part a pair by
 HELD_PERIODS = 2.0  # of the first mode, from which the start of a held-out take is fitted
 
 
@@ -88,7 +89,8 @@ def hear(body: Body, find_release) -> Heard:
         ground, rings = later, late
         matches = _matches(ground, rings)
     heard = {condition[i]: rings[i].frequency for i in reversed(fitted)}
-    matches = common(matches, heard)
+    every, matches = matches, common(matches, heard)
+    left_out = _left_out(ground, rings, every, matches)
     chosen = [_same_poles(ground, rings, i, matches) for i in fitted]
     settled = settle(ground, chosen, matches)
     straight = tuple(_straightened(ground, settled[1], i) for i in range(len(takes)))
@@ -96,7 +98,7 @@ def hear(body: Body, find_release) -> Heard:
         ground = replace(ground, takes=straight)
         chosen = [_same_poles(ground, rings, i, settled[2]) for i in fitted]
         settled = settle(ground, chosen, settled[2])
-    return _heard(ground, rings, _whole(ground, settled, rings))
+    return _heard(ground, rings, _whole(ground, settled, rings, left_out))
 
 
 def _heard(ground: Recorded, rings: tuple, whole: tuple) -> Heard:
@@ -168,17 +170,18 @@ def _outlived(ground: Recorded, rings: tuple, matches: dict[int, Match]):
     return replace(ground, takes=tuple(takes)), tuple(heard)
 
 
-def _whole(ground: Recorded, settled: tuple, rings: tuple):
+def _whole(ground: Recorded, settled: tuple, rings: tuple, left_out: list):
     """The settled fit with weak modes, partners and further modes; the turns, the first match.
 
-    A weak mode that leaves its place once the others are there was none.
+    A weak mode that leaves its place once the others are there was none. `left_out`: see
+    `with_left_out`.
     """
     condition = ground.condition[ground.fitted[0]]
     body = ground.bodies[condition]
     free, _, matches = settled
     first = matches[condition]
     if len(matches) > 1 or None in first.modes:
-        return _with_all(ground, settled, rings)
+        return _with_all(ground, (with_left_out(free, left_out), *settled[1:]), rings)
     tried, wider = None, None
     for alike in (WEAKER, WEAK):
         weak = weak_modes(free, body, first, alike)
@@ -241,10 +244,18 @@ def _with_all(ground: Recorded, settled: tuple, rings: tuple):
     for c, match in matches.items():
         if None not in match.modes:
             take = _first_take(ground, c)
-            wide = LADEN if ground.takes[ground.fitted[take]].take.loads else 1.0
-            parted = {k: wide * gap for k, gap in _gaps(match.modes, ground.bodies[c]).items()}
+            parted = _gaps(match.modes, ground.bodies[c])
+            if ground.takes[ground.fitted[take]].take.loads:
+                shift = _shift(ground, matches)
+                parted = {k: max(LADEN * gap, SEAT * shift[k]) for k, gap in parted.items()}
             free = _with_partners(free, parted, take=take)
     return free, turns, first
+
+
+def _shift(ground: Recorded, matches: dict) -> np.ndarray:
+    """(K,) relative, how far the pitches of the matched modes lie apart with all loads."""
+    own = [ground.bodies[c].modes.frequency[list(m.modes)] for c, m in matches.items()]
+    return np.ptp(np.log(own), axis=0)
 
 
 def _first_take(ground: Recorded, condition: int) -> int:
@@ -349,6 +360,21 @@ def common(matches: dict[int, Match], heard: dict[int, np.ndarray]) -> dict[int,
         c: Match((m.poles[0], *(m.poles[m.modes.index(j)] for j in others)), (m.modes[0], *others))
         for c, m in matches.items()
     }
+
+
+def _left_out(ground: Recorded, rings: tuple, every: dict, matches: dict) -> list:
+    """(fitted take, Hz, damping ratio) of the modes matched in one condition and not in all."""
+    out = []
+    for take, i in enumerate(ground.fitted):
+        c = ground.condition[i]
+        if _first_take(ground, c) == take and None not in every[c].modes:
+            ring = rings[i]
+            out += [
+                (take, float(ring.frequency[pole]), float(ring.damping_ratio[pole]))
+                for pole in every[c].poles
+                if pole not in matches[c].poles
+            ]
+    return out
 
 
 def _led_by(match: Match, mode: int) -> Match:

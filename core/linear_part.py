@@ -37,7 +37,8 @@ def march(law: Law, unpacked, data: Channels):
         if effect.beside:
             columns.append((effect, effect.beside(theta, omega, zeta, time)))
         elif effect.columns:
-            columns.append((effect, effect.columns(theta, law.setting, time, u)))
+            own = effect.columns_in(data.take) if effect.columns_in else effect.columns
+            columns.append((effect, own(theta, law.setting, time, u)))
         if effect.delay:
             delay = effect.delay(theta, law.setting, data.rows.T) + (0 if delay is None else delay)
     return u, v, columns, delay

@@ -1,6 +1,7 @@
 """Which computed mode is which measured one: by frequency and by shape at the markers (MAC)."""
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -23,6 +24,8 @@ ALIKE = 2.0  # ratio of damping ratios of two modes of one body, less than which
 FOLDED = 5.0  # likeness in shape that one of relative pitch weighs, for a folded mode
 LEAST = 0.35  # likeness, less the difference in pitch, from which a mode is known
 HARMONIC = 0.04  # relative distance below which a pole is an overtone of a nonlinear mode
+COMBINED = 0.005  # the same, of one at the sum or the difference of two others
+FITS = 0.05  # relative, of a computed pitch, within which such a one is a mode all the same
 
 
 @dataclass(frozen=True)
@@ -143,6 +146,8 @@ def _partner(one, taken, modes, computed):
             return None, 0.0
     free = [j for j in range(len(frequency))
             if j not in modes and _may_pair(one, j, taken, modes, frequency)]  # fmt: skip
+    if _is_combined(f, [g for g, _, _ in taken]):
+        free = [j for j in free if abs(f / frequency[j] - 1) < FITS]
     alike = {j: likeness(shape, shapes, frequency, j) for j in free}
     plain = {j: alike[j] - abs(np.log(f / frequency[j])) for j in free}
     known = max(plain.values(), default=0.0) > LEAST
@@ -158,6 +163,16 @@ def _partner(one, taken, modes, computed):
     if found is None or plain[found] <= LEAST:
         return None, 0.0
     return found, plain[found]
+
+
+def _is_combined(f: float, pitches: list[float]) -> bool:
+    """Whether f is the sum or the difference of two pitches, as what is not linear sounds."""
+    return any(
+        abs(f / tone - 1) < COMBINED
+        for a, b in combinations(pitches, 2)
+        for tone in (a + b, abs(a - b))
+        if tone > 0
+    )
 
 
 def _damped_alike(one, pitch: float, first) -> bool:

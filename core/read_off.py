@@ -35,8 +35,9 @@ def read_off(start: TimeFit) -> list[Effect]:
         free = int(data.fit.sum()) * data.take.recording.values.shape[2]
         rms = base_motion.size(data, residual) / px_per_metre(data)
         out.append(base_motion.shaken(shared, rms, free))
-        if data.support.any() and len(law.takes) == 1:
-            out.append(base_motion.shaken(shared, rms, free, base_motion.support_path(data)))
+        if data.support.any():
+            paths = {one.take.name: base_motion.support_path(one) for one in law.takes}
+            out.append(base_motion.shaken(shared, rms, free, paths))
     return out
 
 

@@ -121,6 +121,7 @@ class Effect:
     scales: bool = False  # theta's first number is the strength, either way of which it may act
     sudden: bool = False  # so stiff at some instants that it is always marched in FINE steps
     columns: Callable | None = None
+    columns_in: Callable | None = None  # Take -> `columns` there, where takes differ in them
     beside: Callable | None = None
     channels: Callable | None = None  # (theta, setting, take) -> (C,) bool: who has the columns
     clock: Callable | None = None

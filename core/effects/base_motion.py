@@ -7,6 +7,8 @@ Looks like  mode 1 when the markers sit close together; a marker on the support 
 Source      Ewins, Modal Testing (2000), 3.3: the reference must be measured
 """
 
+from functools import partial
+
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import cont2discrete, lfilter
@@ -99,14 +101,15 @@ def answer(omega: float, zeta: float, time: np.ndarray, path: np.ndarray) -> np.
     return np.interp(time, even, lfilter(above[0], below, s) - s)
 
 
-def shaken(shared: tuple[np.ndarray, ...], rms: float, free: int, path=None) -> Effect:
+def shaken(shared: tuple[np.ndarray, ...], rms: float, free: int, paths=None) -> Effect:
     """The motion `shared`, per take (T, C), taken off; `rms` of it in m, `free` numbers in it.
 
-    path: what `support_path` gave, where the body answers to it; then theta = (log of the first
-    mode's pitch, log of its damping ratio, both over the declared fit's), which matter near it.
+    paths: name of every take -> what `support_path` gave, where the body answers to it; then theta
+    = (log of the first mode's pitch, log of its damping ratio, both over the declared fit's), which
+    matter near it.
     """
 
-    def columns(theta, setting, time, u):
+    def answers(path, theta, setting, time, u):
         at, s = path
         known = {}
         for own in {tuple(row) for row in theta}:
@@ -122,11 +125,12 @@ def shaken(shared: tuple[np.ndarray, ...], rms: float, free: int, path=None) -> 
         parameters=(Parameter("rms", "m", 0.0, 10.0),),
         twins=(),
         settle=SETTLE,
-        low=() if path is None else (-PITCH, -DAMPING),
-        high=() if path is None else (PITCH, DAMPING),
-        starts=lambda setting, residual: [() if path is None else (0.0, 0.0)],
+        low=() if paths is None else (-PITCH, -DAMPING),
+        high=() if paths is None else (PITCH, DAMPING),
+        starts=lambda setting, residual: [() if paths is None else (0.0, 0.0)],
         given=lambda take: shared[take],
-        columns=columns if path is not None else None,
+        columns=partial(answers, next(iter(paths.values()))) if paths else None,
+        columns_in=(lambda take: partial(answers, paths[take.name])) if paths else None,
         channels=lambda setting, data: ~data.support,
         free=free,
         report=lambda theta, setting, shape: {"rms": rms},

@@ -177,18 +177,21 @@ def test_gaps_in_the_tracks_are_no_effect(tmp_path):
     assert report["diagnosis"]["verdict"] == "adequate"
 
 
-def crossed(folder, hung, gravity=True):
-    """The bar swinging up and down at 3.5 Hz and sideways at 5 Hz, where it should be one pitch."""
+def crossed(folder, hung, gravity=True, sag=0.0):
+    """The bar swinging up and down at 3.5 Hz and sideways at 5 Hz, where it should be one pitch,
+    about a place `sag` m below where it is without its weight.
+    """
     path = case(folder, swing(3.5 if hung else 5.0, 0.02), 120, 5)
     table = np.genfromtxt(folder / "tracks.csv", delimiter=",", names=True)
     sideways = table["my"] + swing(5.0, 0.02, 3e-3)(table["time"])
     rows = [
         f"{t:.9g},{x:.9g},{y:.9g},{z:.9g}"
-        for t, x, y, z in zip(table["time"], table["mx"], sideways, table["mz"], strict=True)
+        for t, x, y, z in zip(table["time"], table["mx"], sideways, table["mz"] - sag, strict=True)
     ]
     (folder / "tracks.csv").write_text("time,m.x,m.y,m.z\n" + "\n".join(rows))
     if gravity:
-        text = path.read_text().replace("density", "gravity = [0, 0, -9.81]\ndensity")
+        shape = 'shape = "unloaded"\n' if sag else ""
+        text = path.read_text().replace("density", f"gravity = [0, 0, -9.81]\n{shape}density")
         path.write_text(text)
     return path
 
@@ -206,6 +209,19 @@ def test_a_hanging_mass_is_told_by_the_swing_that_it_leaves_alone(tmp_path):
     tip = 0.2427 * body * ((5.0 / 3.5) ** 2 - 1)  # Rayleigh: 33/136 of a cantilever swings
     low, high = report["diagnosis"]["effects"][-1]["parameters"]["mass"]["ci95"]
     assert low < 1.1 * tip and high > tip
+
+
+@pytest.mark.slow
+def test_the_sag_that_is_told_is_that_of_the_body_with_what_was_found_on_it(tmp_path):
+    body = 1000.0 * 0.1 * 0.015**2
+    tip = 0.2427 * body * ((5.0 / 3.5) ** 2 - 1)
+    sag = 9.81 * (tip + 0.375 * body) / (0.2427 * body * (2 * np.pi * 5.0) ** 2)
+    report = calibrate_case(crossed(tmp_path, hung=True, sag=sag), elements=300).report
+    assert [e["name"] for e in report["diagnosis"]["effects"]] == ["added_mass"]
+    (line,) = [w for w in report["warnings"] if w.startswith("Sag of")]
+    measured, predicted = (float(x) for x in re.findall(r"([0-9][-+.e0-9]*) m ", line))
+    assert measured == pytest.approx(sag, rel=0.02)
+    assert predicted == pytest.approx(sag, rel=0.1)  # the bare body sags a fifth less
 
 
 @pytest.mark.slow

@@ -297,6 +297,20 @@ def test_a_pair_that_is_parted_as_computed_is_two_modes(computed, heard, modes):
     assert found.modes == modes
 
 
+@pytest.mark.parametrize(
+    ("computed", "heard", "modes"),
+    [(2.1, 2.3, (0, 1)), (2.1, 2.5, (0, 1, 2)), (2.25, 2.3, (0, 1, 2))],
+    ids=["the sum of two, far off", "no sum, far off", "the sum of two, as computed"],
+)
+def test_a_sum_of_two_pitches_is_a_mode_only_where_one_was_computed(computed, heard, modes):
+    """Modes at 1 and 1.3 Hz, and what is heard of a third."""
+    shapes = np.array([[1.0, 0.5, 0.2], [0.3, -1.0, 0.8], [0.5, -0.4, -1.0]])
+    pitch, z = np.array([1.0, 1.3, heard]), np.full(3, 0.02)
+    ring = RingDown(pitch, z, shapes.astype(complex), np.zeros(3), np.ones(3), np.eye(6))
+    chase = ([0, 1, 2], shapes, np.array([0.9, 0.4, 0.2]))
+    assert match_modes(ring, chase, np.array([1.0, 1.3, computed]), shapes).modes == modes
+
+
 def test_takes_with_other_loads_are_led_by_a_mode_that_all_show():
     """What is loudest with one load and with another may be the other of a pair, or another mode"""
     heard = {0: np.array([5.0, 9.0, 14.0]), 1: np.array([4.6, 8.5, 13.0])}
