@@ -1,29 +1,34 @@
 """What a fit says of a take that it has never seen, but for how that take began."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import null_space
 
 from .law import Law, unpack, widths, with_columns
 from .linear_part import regressors
+from .simulate import free_swing
 
 STEPS, STILL = 12, 1e-6  # at most, and the share of the start that a last one moves it by
+WIDE = 3.0  # times what it was in the fitted take, that the start of what rings along may be
 
 
 def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.ndarray:
     """(T, C) of a whole held-out take: all is known but its start, fitted where `fit` says.
 
-    Its offsets are those of the first fitted take of its condition; motions that belong to a
-    release scale with the start, and those that an effect reads off the take are known.
+    Its offsets are those of the first fitted take of its condition. Fitted are place and speed of
+    every mode, those of what sounds as one with it and of further modes included, and the phase of
+    what drives it. A creep goes with how far the object was held. What an effect reads off the
+    take is known.
     """
     condition = law.condition[index]
     same = [i for i in law.fitted if law.condition[i] == condition]
     if not same:
         return np.full(law.takes[index].values.shape, np.nan)
-    model = law.fitted.index(same[0])
-    one = replace(law, takes=(law.takes[index],), condition=(0,), pitch=(0,))
-    known = replace(law.takes[index], take=replace(law.takes[index].take, held_out=False))
-    one = replace(one, takes=(known,))
+    model, take = law.fitted.index(same[0]), law.takes[index]
+    given = sum(e.given(index) for e in law.effects if e.given)
+    data = replace(take, take=replace(take.take, held_out=False), values=take.values - given)
+    one = replace(law, takes=(data,), condition=(0,), pitch=(0,))
     a, b, _ = law.sizes()
     K, at = law.modes, 2 * law.modes * law.pitch[index]
     lead = np.r_[p[at : at + 2 * K], np.zeros(2 * K), p[a + b :]]
@@ -31,42 +36,100 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
     head = law.own * law.conditions + each * model
     own = coefficients[:, law.own * condition : law.own * (condition + 1)]
     known = np.hstack([own, coefficients[:, head : head + each]])
-    data = one.takes[0]
-    seen = sum(e.given(index) for e in law.effects if e.given)  # it cannot be foretold
-    data = replace(data, values=data.values - seen)
-    use = data.fit[:, None] & data.known & ~data.support
-
-    wide = dict(zip(law.effects, widths(law), strict=True))
-    bound = np.array([e.of_release for e in with_columns(law) for _ in range(wide[e])], bool)
-    scales = np.r_[np.zeros(law.own + 1, bool), bound]
-
-    def guess(starts, strength):
-        P = np.tile(lead, (len(starts), 1))
-        P[:, 2 * K : 4 * K] = starts
-        basis = regressors(one, unpack(one, P, 0), 0)[0]
-        scaled = known.copy()
-        scaled[:, scales] *= strength
-        return np.swapaxes((basis @ scaled[None, :, :, None])[..., 0], 1, 2)
-
     first = p[a + 2 * K * model : a + 2 * K * (model + 1)]
-    return _started(guess, data, use, (first, law)) + seen
-
-
-def _started(guess, data, use, given) -> np.ndarray:
-    """(T, C) with the start (2K,) that fits the used samples best, by Gauss-Newton."""
-    first, law = given
     size = np.hypot(*first.reshape(2, -1)).max()
+    swings, creeps, lines = _kinds(law)
+    across = _across(one, lead, known, creeps, first[:K])
 
     def strength(start):  # of a release from the other side it is negative
         return np.copysign(np.hypot(*start.reshape(2, -1)).max() / size, start @ first)
 
-    x, step = np.zeros(len(first)), 1e-4 * law.setting.amplitude
+    def guess(x):
+        """(B, T, C) at starts x (B, n), and how far what rings along is from the fitted take's."""
+        start, beside, turns = np.split(x, [2 * K, 2 * K + 2 * across.count], axis=1)
+        P = np.tile(lead, (len(x), 1))
+        P[:, 2 * K : 4 * K] = start
+        basis = regressors(one, unpack(one, P, 0), 0)[0]
+        now = np.repeat(known[None], len(x), axis=0)
+        of_release = [*creeps, *swings, *(j + 1 for j in swings)]
+        now[:, :, of_release] *= np.array([strength(one) for one in start])[:, None, None]
+        for n, j in enumerate([*swings, *lines]):  # times 1 + turn, as cosine's part - i sine's
+            (cos, sin), (re, im) = known[:, [j, j + 1]].T, turns[:, 2 * n : 2 * n + 2].T[:, :, None]
+            now[:, :, j] += re * cos + im * sin
+            now[:, :, j + 1] += re * sin - im * cos
+        y = np.swapaxes((basis @ now[:, :, :, None])[..., 0], 1, 2)
+        y = y + across.motion(beside, data.time, basis[:, 0][:, :, creeps])
+        return y, np.hstack([beside / (WIDE * size), turns / WIDE])
+
+    steps = np.full(2 * K + 2 * across.count, law.setting.amplitude)
+    steps = 1e-4 * np.r_[steps, np.ones(2 * len([*swings, *lines]))]
+    return _started(guess, data, steps) + given
+
+
+def _kinds(law: Law) -> tuple[list, list, list]:
+    """Columns of a take: the first of each free swing, those of creeps, the first of each line."""
+    wide, at, kinds = dict(zip(law.effects, widths(law), strict=True)), law.own + 1, ([], [], [])
+    for effect in with_columns(law):
+        if effect.phased:
+            kinds[0 if effect.of_release else 2].append(at)
+        elif effect.of_release:
+            kinds[1].extend(range(at, at + wide[effect]))
+        at += wide[effect]
+    return kinds
+
+
+@dataclass(frozen=True, eq=False)
+class _Across:
+    """Free swings of what sounds as one with a mode, such as its pair's other direction."""
+
+    omega: np.ndarray  # (1, n) rad/s
+    zeta: np.ndarray  # (1, n)
+    shapes: np.ndarray  # (n, C)
+    creep: np.ndarray  # (q,) of each creep's column, over how far it was held
+
+    @property
+    def count(self) -> int:
+        return len(self.shapes)
+
+    def motion(self, start: np.ndarray, time: np.ndarray, creeps: np.ndarray) -> np.ndarray:
+        """(B, T, C) from places and speeds over the pitch (B, 2n), with the creeps (B, T, q)."""
+        place, speed = np.split(start, 2, axis=1)
+        omega, zeta = (np.broadcast_to(one, place.shape) for one in (self.omega, self.zeta))
+        begun = np.stack([place, speed * omega], axis=1)
+        swing = free_swing(omega, zeta, begun, np.broadcast_to(time, (len(start), len(time))))[0]
+        crept = (creeps @ self.creep)[:, :, None] * place[:, None]
+        return (swing + crept) @ self.shapes
+
+
+def _across(law: Law, lead, known: np.ndarray, creeps: list, pose: np.ndarray) -> _Across:
+    """`lead`: parameters of the take; `known` (C, nb): the model's coefficients; pose (K,) m."""
+    omega, zeta, _, _ = unpack(law, lead[None], 0)
+    modes, shapes = [], [np.zeros((0, len(known)))]
+    for k, way in enumerate(law.ways):
+        along = np.linalg.lstsq(way, known[:, k], rcond=None)[0]
+        shapes.append((way @ null_space(along[None])).T)
+        modes += [k] * len(shapes[-1])
+    shapes = np.vstack(shapes)
+    held = known[:, : law.modes] @ pose
+    creep = held @ known[:, creeps] / max(held @ held, 1e-300)
+    return _Across(omega[:, modes], zeta[:, modes], shapes, creep)
+
+
+def _started(guess, data, steps: np.ndarray) -> np.ndarray:
+    """(T, C) with the start (n,) that fits the used samples best, by Gauss-Newton."""
+    use = data.fit[:, None] & data.known & ~data.support
+
+    def off(x):
+        y, far = guess(x)
+        left = np.where(use, (data.values - y) / data.sigma, 0.0).reshape(len(y), -1)
+        return np.hstack([left, -far])
+
+    x = np.zeros(len(steps))
     for _ in range(STEPS):
-        y = guess(np.vstack([x, x + step * np.eye(len(x))]), strength(x))
-        r = np.where(use, (data.values - y) / data.sigma, 0.0).reshape(len(y), -1)
-        slope = (r[1:] - r[0]).T / step
-        move = np.linalg.lstsq(slope, r[0], rcond=1e-8)[0]
+        r = off(np.vstack([x, x + np.diag(steps)]))
+        slope = (r[1:] - r[0]).T
+        move = steps * np.linalg.lstsq(slope, r[0], rcond=1e-8)[0]
         x = x - move
-        if np.linalg.norm(move) < STILL * np.linalg.norm(x):
+        if np.linalg.norm(move / steps) < STILL * np.linalg.norm(x / steps):
             break
-    return guess(x[None], strength(x))[0]
+    return guess(x[None])[0][0]

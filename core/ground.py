@@ -95,14 +95,20 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     if base is None:
         return None
     base = rematched(measured, values, body.seen(data), unit, base)
-    if middle != 1:  # what parts one pair parts them all, this way or that
-        own = body.modes.frequency
-        paired = (np.abs(own[:, None] / own[list(base.modes)] - 1) < PAIR).sum(axis=0) > 1
-        error = np.where(paired, np.hypot(error, middle - 1), error)
-        measured = replace(measured, error=error)
+    if middle != 1:
+        measured = parted(measured, base.modes, body.modes.frequency, middle - 1)
         base = compare(measured, values, body.seen(data), unit) or base
     ratios = np.r_[verdict.damped.damping_ratio, [one.damping_ratio for one in further]]
     return Ground(body, data, measured, base, shrink, sigma, ratios, pull)
+
+
+def parted(measured: Measured, modes: tuple, own: np.ndarray, half: float) -> Measured:
+    """The measurements where one pair of the body (computed pitches `own` (m,) Hz) is parted by
+    twice `half`, relatively: what parts one pair parts them all, this way or that.
+    """
+    paired = (np.abs(own[:, None] / own[list(modes)] - 1) < PAIR).sum(axis=0) > 1
+    error = np.where(paired, np.hypot(measured.error, half), measured.error)
+    return replace(measured, error=error)
 
 
 def _blurred(heard: Heard, final: TimeFit) -> np.ndarray:

@@ -24,6 +24,7 @@ class Law:
     damping: str = "free"  # "free" | "common" | "none"
     effects: tuple[Effect, ...] = ()
     turning: tuple[int, ...] = ()  # modes of a degenerate pair, whose motion may be an ellipse
+    ways: tuple[np.ndarray, ...] = ()  # (C, w) of each mode, how what sounds as one with it is seen
     trust: float = TRUST  # weight that keeps the other modes' shapes at one at their references
     gauges: tuple[np.ndarray, ...] = ()  # the reference of every condition, where there are more
     tied: tuple[tuple[int, float], ...] = ()  # (mode, log of its computed pitch over the first's)

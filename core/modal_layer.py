@@ -105,7 +105,8 @@ def _best(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
     costs = np.array([look(theta)[1] for theta in family.grid])
     if not np.isfinite(costs).any():
         return None
-    tried = [_refined(look, family, start) for start in _best_choices(family, costs)]
+    choices = _best_choices(family, costs)[: 1 if family.nearer else CHOICES]
+    tried = [_refined(look, family, start) for start in choices]
     tried = sorted(((look(theta)[1], theta) for theta in tried), key=lambda one: one[0])
     wide = _wide(look(tried[0][1])[0], ground)
     theta = tried[0][1]
@@ -115,11 +116,13 @@ def _best(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
     found, cost = look(theta)
     gain = ground.base.chi2 - found.chi2
     evidence = gain - family.unknowns * np.log(_pieces(ground))
+    told = family.report(theta, found.modulus)
+    if family.nearer:
+        return Suspect(effect, found, theta, told, float(evidence), float(cost), [])
     level = min(cost, tried[0][0]) + wide
     near = [*tried, *zip(costs, family.grid, strict=True)]
     near += [(level, edge) for edge in _edges(look, family, theta, cost + wide)]
     near = [(c, _report(look, family, t)) for c, t in near if c <= level and look(t)[0] is not None]
-    told = family.report(theta, found.modulus)
     return Suspect(effect, found, theta, told, float(evidence), float(cost), near)
 
 

@@ -17,7 +17,7 @@ from .pair import across
 from .residual import NOISY
 from .side_by_side import in_step_by_halves
 from .simulate import COARSE
-from .timefit import best_fit, extend, walked
+from .timefit import best_fit, extend, misfits, walked
 
 RUNNERS = 4  # starting places of an effect that are fitted
 HALF = 0.5  # share of the record up to which all go
@@ -31,6 +31,7 @@ TOLD = (
 )
 CLOSE = 3.0  # misfit that a last look of a search gains; what is found is sharpened
 CLOSELY, LOOSELY = 1e-5, 3e-4  # the same as a share: of an effect that is marched, and beside one
+LOST = 0.5  # of its gain, that finer steps take from a search that coarse ones led astray
 LOOKS, CHEAP = 10, 30  # of a search, at most: with forces to march, and without
 
 
@@ -65,13 +66,7 @@ def race(one: Try) -> TimeFit:
 
 def begun(one: Try) -> Begun:
     """The search on the first shares of the record."""
-    start, effect = one.start, one.effect
-    begins = [one.begins[i] for i in unlike(effect, one.begins, one.promise)]
-    if effect.marched:
-        places = outsets(start, one.law, [begin(start, effect, begins)])[: one.runners]
-    else:
-        some = begins[: one.runners]
-        places = np.array([extend(start, (effect,), [theta])[1] for theta in some])
+    start, effect, places = one.start, one.effect, _places(one)
     setting = start.law.setting
     least = PERIODS * 2 * np.pi / (setting.omega[0] * setting.duration)
     first = [h for h in one.horizons if least < h <= HALF] if effect.marched else []
@@ -81,19 +76,40 @@ def begun(one: Try) -> Begun:
     return Begun(np.array([p for p, _, _ in walks]), walks[0][2])
 
 
+def _places(one: Try) -> np.ndarray:
+    """(S, p) where the search begins."""
+    start, effect = one.start, one.effect
+    begins = [one.begins[i] for i in unlike(effect, one.begins, one.promise)]
+    if effect.marched:
+        return outsets(start, one.law, [begin(start, effect, begins)])[: one.runners]
+    some = begins[: one.runners]
+    return np.array([extend(start, (effect,), [theta])[1] for theta in some])
+
+
 def ended(one: Try, begun: Begun) -> TimeFit:
     """The best fit with the effect, from where its search stands."""
     effect = one.effect
     rest = [h for h in one.horizons if h > HALF] if effect.marched else (1.0,)
     marched = any(e.marched for e in one.law.effects)
-    found = best_fit(
-        one.law,
-        begun.places,
-        rest,
-        evaluations=LOOKS if marched else CHEAP,
-        close=(CLOSELY if effect.marched else LOOSELY, CLOSE) if marched else (CLOSELY, 0.0),
-    )
+    looks = LOOKS if marched else CHEAP
+    close = (CLOSELY if effect.marched else LOOSELY, CLOSE) if marched else (CLOSELY, 0.0)
+    found = best_fit(one.law, begun.places, rest, looks, close)
+    if effect.marched and _is_unsteady(found, one.start):
+        law = _finely(one.law)
+        found = best_fit(law, _places(one), one.horizons, looks, close)
     return across(found) if effect.force else found
+
+
+def _finely(law: Law) -> Law:
+    return replace(law, setting=replace(law.setting, steps=2 * FINE))
+
+
+def _is_unsteady(found: TimeFit, start: TimeFit) -> bool:
+    """Whether finer steps lose most of what a search gained: a force that softens may let a motion
+    escape, which coarse steps pass over.
+    """
+    finely = misfits(_finely(found.law), found.parameters[None])[0]
+    return bool(finely - found.chi2 > LOST * (start.chi2 - found.chi2))
 
 
 def worth(tries: list[Try], bare: TimeFit | None = None) -> list[tuple[Try, Begun]]:

@@ -20,7 +20,7 @@ def read_off(start: TimeFit) -> list[Effect]:
     residual = _left(start, 0)
     if len(np.unique(data.marker[~data.support])) >= 3:
         left = tuple(
-            t.values - p if p is not None else 0 * t.values
+            0 * t.values if t.take.held_out else t.values - p
             for t, p in zip(law.takes, start.predicted, strict=True)
         )
         swings = law.setting.duration * law.setting.omega[0] / (2 * np.pi)
@@ -29,7 +29,7 @@ def read_off(start: TimeFit) -> list[Effect]:
         out += _jumps(start)
     if _common_is_possible(start, data):
         shared = tuple(
-            base_motion.common_motion(t, t.values - p) if p is not None else 0 * t.values
+            base_motion.common_motion(t, t.values - p) if _is_read(t) else 0 * t.values
             for t, p in zip(law.takes, start.predicted, strict=True)
         )
         free = int(data.fit.sum()) * data.take.recording.values.shape[2]
@@ -39,6 +39,13 @@ def read_off(start: TimeFit) -> list[Effect]:
             paths = {one.take.name: base_motion.support_path(one) for one in law.takes}
             out.append(base_motion.shaken(shared, rms, free, paths))
     return out
+
+
+def _is_read(data) -> bool:
+    """Whether a shared motion is taken off a take: off one that is held out where markers on the
+    support show it, for what is but missing from a prediction is shared too.
+    """
+    return not data.take.held_out or bool(data.support.any())
 
 
 def _left(found: TimeFit, take: int) -> np.ndarray:

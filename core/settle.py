@@ -19,6 +19,7 @@ STRAY = 0.15  # of its pitch that a mode may move when all are fitted together
 CLOSE = 0.06  # the same, however near the next mode is
 ONE = 0.1  # of its damping ratio, from the pitch that a weak mode ran into; heard 5 times as far
 MUCH = 0.3  # damping ratio beyond which it has run off, unless it was heard so
+AS_ONE = 0.03  # relative distance of two computed pitches that may sound as one
 OWN = 0.7  # MAC with its computed shape from which a mode beside the strongest is one
 
 
@@ -44,14 +45,16 @@ def settle(ground: Recorded, chosen: list[RingDown], matches: dict[int, Match], 
     """
     while True:
         first = matches[ground.condition[ground.fitted[0]]]
-        computed = ground.bodies[ground.condition[ground.fitted[0]]].modes.frequency
+        body = ground.bodies[ground.condition[ground.fitted[0]]]
+        computed, seen = body.modes.frequency, body.seen(ground.takes[ground.fitted[0]])
         turns_too = turning(first.modes, computed)
         apart = ground.condition
         if turns_too and len(ground.fitted) > 1:  # each release has a direction of its own
             apart = _apart(ground.takes, ground.condition)
         law, start = build_law(chosen, ground.takes, apart, ground.condition)
         law, turns = _informed(law, ground, matches, chosen)
-        law = replace(law, turning=turns_too, damping="free", tied=tied)
+        ways = _ways(first, computed, seen)
+        law = replace(law, turning=turns_too, ways=ways, damping="free", tied=tied)
         found = _once_more(fit(law, start, evaluations=60), start)
         strayed = astray(found, chosen[0].frequency, chosen[0].damping_ratio, loud)
         if not strayed.any():
@@ -63,6 +66,16 @@ def settle(ground: Recorded, chosen: list[RingDown], matches: dict[int, Match], 
             c: Match(tuple(m.poles[k] for k in kept), tuple(m.modes[k] for k in kept))
             for c, m in matches.items()
         }
+
+
+def _ways(match: Match, frequency: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, ...]:
+    """(C, w) of every matched mode: how it, and what sounds as one with it, are seen (m, C)."""
+    out = []
+    for mode in match.modes:
+        near = [] if mode is None else np.abs(frequency / frequency[mode] - 1) < AS_ONE
+        free = [j for j in np.flatnonzero(near) if j == mode or j not in match.modes]
+        out.append(seen[free].T)
+    return tuple(out)
 
 
 def _once_more(found: TimeFit, start: np.ndarray) -> TimeFit:

@@ -203,7 +203,7 @@ def sharp(found: TimeFit) -> TimeFit:
     law = found.law
     if not any(e.marched for e in law.effects):
         return found
-    law = replace(law, setting=replace(law.setting, steps=FINE))
+    law = replace(law, setting=replace(law.setting, steps=max(FINE, law.setting.steps)))
     return fit(law, found.parameters, evaluations=20)
 
 

@@ -1,16 +1,19 @@
 """A lumped mass that nobody declared: a marker, a load, glue.
 
 Law         M <- M + m N(x)^T N(x), x the place, N the shape functions
-            one that hangs on a thread goes along with gravity's direction only
+            one that hangs on a thread goes along with gravity's direction only; between it and
+            the body is a spring, as much as gives under a narrower seat
 Tells       every pitch drops, that of a mode with a node at x stays; under gravity the sag grows;
             a hanging one leaves the swing across gravity as it was
 Looks like  graded_stiffness, compliant_pin; a take with a known mass on top settles it
-Source      Rayleigh, The Theory of Sound, vol. 1, ch. IV
+Source      Rayleigh, The Theory of Sound, vol. 1, ch. IV; Johnson, Contact Mechanics (1985), ch. 3
 """
 
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from ..data import Load
 from ..elasticity import add_loads, lump_operator, lump_radius, surface_quadrature
@@ -19,11 +22,12 @@ from .base import Effect, Family, Parameter, reduced_basis
 
 PLACES = 40  # on the surface, far apart
 RESPONSES = 10  # of them whose local give is in the basis
-NEAR = 24  # places around the best one, where it is looked for again
-GIVING = 8  # of them whose local give is in the basis
-WIDTHS = (1.0, 0.5)  # of the usual patch
-DEPTH = 2  # times that the search closes in
+NEAR = 12  # places around the best one, where it is looked for again
+WALKS = 3  # times at most that it is looked for as far off, before half as far
+HALVINGS = 2  # of how far that is
+SEATS = (0.01, 0.5, 1.5, 3.0)  # give of the seat, over that of the modulus times the lump's radius
 HEAVIEST = 5.0  # times the body's own mass
+STILL = 1e-6  # share of a hanging lump's inertia that is left across gravity
 
 
 def change_model(model, theta):
@@ -32,70 +36,93 @@ def change_model(model, theta):
 
 
 def families(body, solve):
-    """Masses over the surface; theta = (place, hangs 0 or 1, width, log of mass over the body's).
+    """Masses over the surface; theta = (place, hangs 0 or 1, seat, log of mass over the body's).
 
-    How wide a lump sits is no part of the answer, but what it may be widens the answer's interval.
+    How wide a lump sits, and so how much gives under it, is no part of the answer, but what it may
+    be widens the answer's interval.
     """
     places = _spread(body.case.surface.vertices, PLACES)
     sizes = np.log(np.geomspace(2e-3, 2.0, 8))
-    return (_family(body, solve, (places, sizes, places[:RESPONSES], ())),)
+    reach = np.sqrt(surface_quadrature(body.model)[2].sum() / PLACES)
+    search = Search(places, sizes, places[:RESPONSES], (), SEATS[:1], reach)
+    return (_family(body, solve, search),)
 
 
-def _family(body, solve, search, depth: int = 0):
-    """`search`: places (n, 3), logs of masses, places whose give is in the basis, more modes."""
-    model = body.model
-    places, sizes, giving, more = search
-    own = body.bare.mesh.volume * body.bare.material.density
-    radius = lump_radius(own * np.exp(np.mean(sizes)))
-    widths = WIDTHS if depth else WIDTHS[:1]
+@dataclass(frozen=True, eq=False)
+class Search:
+    """Where a lump is looked for: at first all over the body, then ever nearer around a place."""
+
+    places: np.ndarray  # (n, 3) m; after the first time the best one so far comes first
+    sizes: np.ndarray  # logarithms of masses over the body's
+    giving: np.ndarray  # (k, 3) m, places whose give is in the basis
+    modes: tuple  # more shapes for the basis
+    seats: tuple
+    reach: float  # m, how far off it is looked for next
+    walks: int = 0  # times that it was looked for so far off
+    halvings: int = 0
+    last: bool = False
+
+    def around(self, body, solve, place: int, mass: float):
+        """The next one, with the lump at that place; mass over the body's, a logarithm."""
+        centre, own = self.places[place], body.bare.mesh.volume * body.bare.material.density
+        moved = (place > 0 or not self.modes) and self.walks < WALKS
+        reach, halvings = self.reach / (1 if moved else 2), self.halvings + (not moved)
+        gap = np.linalg.norm(body.case.surface.vertices - centre, axis=1)
+        around = body.case.surface.vertices[(gap <= reach) & (gap > 0)]
+        last = halvings > HALVINGS or not len(around)
+        some = np.vstack([centre, *([_spread(around, NEAR)] if len(around) else [])])
+        modes = self.modes
+        if moved:
+            heavy = change_model(body.model, (own * np.exp(mass), *centre))
+            modes = (solve(heavy, body.modes.shapes.shape[2]),)
+        sizes = mass + np.linspace(-1, 1, 5) * (0.25 if last else 0.5)
+        walks = self.walks + 1 if moved else 0
+        return Search(
+            some, sizes, some, modes, SEATS if last else SEATS[::2], reach, walks, halvings, last
+        )
+
+
+def _family(body, solve, search: Search) -> Family:
+    model, own = body.model, body.bare.mesh.volume * body.bare.material.density
+    radius = lump_radius(own * np.exp(np.mean(search.sizes)))
     factor = factorize(model.stiffness[model.free][:, model.free])
-    basis = [body.modes.shapes.reshape(-1, body.modes.shapes.shape[2]), *more]
-    for width in widths:
-        pushes = lump_operator(model, giving, width * radius)[:, model.free].T.toarray()
-        static = np.zeros((3 * len(model.points), pushes.shape[1]))
-        static[model.free] = factor.solve(pushes)
-        basis.append(static[:, np.linalg.norm(static, axis=0) > 0])
-    basis = reduced_basis(basis, model.mass)
-    K, M = basis.T @ (model.stiffness @ basis), np.eye(basis.shape[1])
-    at = [
-        (lump_operator(model, places, width * radius) @ basis).reshape(len(places), 3, -1)
-        for width in widths
-    ]
+    pushes = lump_operator(model, search.giving, radius)[:, model.free].T.toarray()
+    static = np.zeros((3 * len(model.points), pushes.shape[1]))
+    static[model.free] = factor.solve(pushes)
+    basis = [body.modes.shapes.reshape(-1, body.modes.shapes.shape[2]), *search.modes]
+    basis = reduced_basis([*basis, static[:, np.linalg.norm(static, axis=0) > 0]], model.mass)
+    K, r = basis.T @ (model.stiffness @ basis), basis.shape[1]
+    at = (lump_operator(model, search.places, radius) @ basis).reshape(len(search.places), 3, r)
     gravity = body.case.takes[0].gravity
     down = None if gravity is None else gravity / max(np.linalg.norm(gravity), 1e-300)
 
     def matrices(theta):
-        N = at[int(theta[2])][int(theta[0])]
-        N = down[None] @ N if theta[1] else N
-        return K, M + own * np.exp(theta[3]) * N.T @ N
+        """Of the body and the lump's own three displacements, on springs between them."""
+        along = np.outer(down, down) if theta[1] else np.eye(3)
+        N, spring = along @ at[int(theta[0])], radius / search.seats[int(theta[2])]
+        inertia = own * np.exp(theta[3]) * (along + STILL * (np.eye(3) - along))
+        stiffness = np.block(
+            [[K + spring * N.T @ N, -spring * N.T], [-spring * N, spring * np.eye(3)]]
+        )
+        return stiffness, block_diag(np.eye(r), inertia)
 
     def report(theta, youngs_modulus):
-        return {"mass": own * np.exp(theta[3]), "position": places[int(theta[0])].tolist()}
+        place = search.places[int(theta[0])]
+        return {"mass": own * np.exp(theta[3]), "position": place.tolist()}
 
     def weight(theta, gravity):
-        return own * np.exp(theta[3]) * (at[int(theta[2])][int(theta[0])].T @ gravity)
+        return np.r_[np.zeros(r), own * np.exp(theta[3]) * gravity]
 
     def nearer(theta):
-        """Places around the best one, with what the body gives there in the basis."""
-        centre, mass = places[int(theta[0])], theta[3]
-        vertices = body.case.surface.vertices
-        gap = np.linalg.norm(vertices - centre, axis=1)
-        reach = 2.0 * np.sqrt(surface_quadrature(model)[2].sum() / PLACES) / 2**depth
-        around = _spread(vertices[gap <= reach], NEAR) if (gap <= reach).any() else centre[None]
-        around = np.vstack([centre, around])
-        heavy = solve(
-            change_model(model, (own * np.exp(mass), *centre)), body.modes.shapes.shape[2]
-        )
-        found = (around, mass + np.linspace(-0.5, 0.5, 5) / 2**depth, around[:GIVING], (heavy,))
-        return _family(body, solve, found, depth + 1)
+        return _family(body, solve, search.around(body, solve, int(theta[0]), theta[3]))
 
-    hangs = range(1 if down is None else 2)
-    grid = np.array(list(product(range(len(places)), hangs, range(len(widths)), sizes)))
+    hangs, seats = range(1 if down is None else 2), range(len(search.seats))
+    grid = np.array(list(product(range(len(search.places)), hangs, seats, search.sizes)))
     low = np.array([0, 0, 0, np.log(1e-4)])
-    high = np.array([len(places) - 1, 1, 1, np.log(HEAVIEST)])
+    high = np.array([len(search.places) - 1, 1, len(search.seats) - 1, np.log(HEAVIEST)])
     return Family(
-        basis, matrices, grid, low, high, report, weight, frozen=3, unknowns=3,
-        nearer=nearer if depth < DEPTH else None, size=lambda theta: theta[3],
+        np.hstack([basis, np.zeros((len(basis), 3))]), matrices, grid, low, high, report, weight,
+        frozen=3, unknowns=3, nearer=None if search.last else nearer, size=lambda theta: theta[3],
     )  # fmt: skip
 
 

@@ -129,6 +129,7 @@ class Effect:
     report: Callable | None = None
     alike: Callable | None = None
     of_release: bool = False  # the columns belong to how it was let go, and scale with that
+    phased: bool = False  # two columns, cos and sin of one swing, whose phase each take has anew
     free: int = 0  # numbers that it takes from the record itself
     given: Callable | None = None  # (take index) -> (T, C), known motion taken off
     veto: Callable | None = None  # (TimeFit) -> why what was fitted is not this effect, or ""

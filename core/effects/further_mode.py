@@ -40,6 +40,7 @@ def further_mode(frequency: float, damping_ratio: float, takes: tuple = ()) -> E
         starts=lambda setting, residual: [(0.0, damping_ratio)],
         columns=columns,
         of_release=True,
+        phased=True,
         channels=of_takes(takes),
         report=lambda theta, setting, shape: {"frequency": frequency * np.exp(theta[0])},
     )

@@ -86,6 +86,7 @@ def partner(at: Where, gap: float = 0.0) -> Effect:
         ],
         columns=columns,
         of_release=True,
+        phased=True,
         channels=of_takes(at.takes),
         veto=lambda found: (
             _mimics(found, at, gap)
@@ -128,4 +129,5 @@ def crossing(k: int, gap: float = 0.0) -> Effect:
         ),
         beside=beside,
         of_release=True,
+        phased=True,
     )

@@ -98,6 +98,7 @@ EFFECT = Effect(
     ],
     columns=columns,
     of_release=True,
+    phased=True,
     veto=veto,
     requires=lambda setting, takes: "" if setting.paired else "no degenerate pair",
     report=report,

@@ -112,6 +112,7 @@ EFFECT = Effect(
     high=(np.log(2e3),),
     starts=starts,
     columns=columns,
+    phased=True,
     veto=veto,
     report=report,
     alike=alike,

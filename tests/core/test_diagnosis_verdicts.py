@@ -476,6 +476,10 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="what shows late is not judged by half of the record",
         ),
         pytest.param(
+            "dry_friction", 14191, {"dry_friction"}, 1.2,
+            id="of a strong rub the two most promising starts both lead astray",
+        ),
+        pytest.param(
             "aliasing", 61503, {"aliasing"}, 1.2,
             id="a fold near nought looks heavily damped",
         ),
@@ -588,11 +592,19 @@ def test_a_pitch_that_hangs_on_how_a_load_sits_is_no_strangers(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [85207, 85210])
+@pytest.mark.parametrize("seed", [85207, 85210, 14205])
 def test_a_pair_that_a_load_parts_in_one_take_has_a_partner_there(seed, tmp_path):
     make("null", seed, tmp_path)
     diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
     assert diagnosis["verdict"] == "adequate"
+
+
+@pytest.mark.slow
+def test_modes_that_one_load_alone_shows_are_no_effect(tmp_path):
+    make("null", 14200, tmp_path)  # so heavy that nearly all pitches and shapes are others
+    report = calibrate_case(tmp_path / "case.toml").report
+    assert report["diagnosis"]["verdict"] == "adequate"
+    assert report["error"]["before"] < 1.1 * report["error"]["floor"]
 
 
 @pytest.mark.slow

@@ -1,5 +1,6 @@
 """Bodies in a small basis against the same ones solved in full."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,6 +13,7 @@ from core.effects import compliant_pin, graded_stiffness, poisson_ratio
 from core.elasticity import assemble, hold
 from core.findings import DOUBT, _chance
 from core.further import damps_alike
+from core.ground import parted
 from core.modal_layer import improved
 from core.modes import solve_modes
 from tests.core.solids import block, box_surface
@@ -99,6 +101,32 @@ def test_two_modes_may_turn_into_one_another_by_how_near_they_lie():
         cost.append(compare(measured, (2 * np.pi * pitch) ** 2, shapes).chi2)
     assert cost[0] < 1e-6 and cost[1] < 10
     assert 10 * cost[1] < cost[2] < cost[3] and cost[3] > 300
+
+
+@pytest.mark.parametrize(("noise", "mode"), [(0.05, 1), (3.0, 2)], ids=["clear", "mere noise"])
+def test_a_shape_tells_a_mode_by_what_of_it_is_no_noise(noise, mode):
+    """The second pitch is that of mode 2, and what is seen of its shape goes as mode 1."""
+    shapes = np.linalg.qr(np.random.default_rng(5).standard_normal((12, 3)))[0].T
+    pitch, error = np.array([3.0, 7.0, 9.0]), np.array([[0.02], [noise * 12**-0.5]])
+    measured = Measured(
+        pitch[[0, 2]], np.full(2, 0.003), shapes[:2], np.broadcast_to(error, (2, 12))
+    )
+    assert compare(measured, (2 * np.pi * pitch) ** 2, shapes).modes == (0, mode)
+
+
+def test_what_parts_one_pair_of_a_body_parts_its_other_pairs():
+    """A bar that is stiffer one way: both bending pairs lie 8 % apart, the twist where it was."""
+    shapes = np.linalg.qr(np.random.default_rng(6).standard_normal((12, 4)))[0].T
+    own = np.array([7.2, 28.8, 37.5, 37.5])
+    pitch = own * np.array([1.0, 1.0, 0.96, 1.04])  # of the first pair the middle was taken
+    measured = Measured(pitch, np.full(4, 0.003), shapes, np.full((4, 12), 0.02))
+    values = (2 * np.pi * own) ** 2
+    doubted = compare(measured, values, shapes)
+    told = compare(parted(measured, doubted.modes, own, 0.04), values, shapes)
+    assert _chance(doubted, measured) < 1e-6 and _chance(told, measured) > 0.05
+    other = replace(measured, frequency=own * np.array([1.0, 1.04, 1.0, 1.0]))
+    twisted = compare(parted(other, doubted.modes, own, 0.04), values, shapes)
+    assert _chance(twisted, other) < 1e-6  # which no pair explains
 
 
 @pytest.mark.parametrize(("pitch", "ratio", "can_be"), [

@@ -305,6 +305,23 @@ def test_a_hard_stop_is_searched_in_fine_steps_and_found():
     assert found.theta[-1][0][0] == pytest.approx(0.5, abs=0.03)
 
 
+def test_what_finer_steps_do_not_bear_out_is_sought_again_in_those():
+    """A law that in steps of a 24th of a period turns round stands for a motion that escapes."""
+
+    def flighty(theta, setting):
+        push = large_amplitude.force(theta, setting)
+        return lambda state: push(state) * (1 if state.h * W > 2 * np.pi / 24 else -1)
+
+    found = raced(
+        declared(channels(moved(Backbone(-0.04, 0.0)))),
+        replace(large_amplitude.EFFECT, force=flighty),
+    )
+    assert found.law.setting.steps > FINE
+    assert found.chi2 < 1.2 * found.samples
+    assert -found.theta[0][0][0] == pytest.approx(-0.04, rel=0.1)
+    assert sharp(found).law.setting.steps == found.law.setting.steps
+
+
 def test_what_was_searched_in_coarse_steps_is_told_in_fine_ones():
     found = declared(channels(moved(Softening(0.1, 0.8))))
     coarse = raced(found, sudden_change.FOIL)
@@ -655,6 +672,45 @@ def test_a_marker_on_the_support_shows_its_own_shaking_too():
     data = replace(channels(path[:, None] + noise), support=np.array([True, False, False, False]))
     shared = base_motion.common_motion(data, data.values)
     assert np.sqrt(np.mean((shared - path[:, None]) ** 2)) < 0.6 * NOISE
+
+
+def held_out(values):
+    """A take that is only predicted: of its start two swings are known."""
+    data = channels(values)
+    kind = make_dataclass("Held", ["recording", "held_out", "name"])
+    take = kind(data.take.recording, True, "held out")
+    return replace(data, take=take, fit=TIME <= 0.4)
+
+
+def test_a_support_that_shakes_is_known_in_a_held_out_take_and_the_body_answers_there():
+    """The last channel is on the support; two takes are shaken, each in its own way."""
+
+    def shaken(seed, pitch):
+        omega, size = 2 * np.pi * pitch, 0.3 * AMPLITUDE
+        inertia = SimpleNamespace(
+            pull=lambda x, v, t, h: size * omega**2 * math.sin(omega * t + seed)
+        )
+        support = size * np.sin(omega * TIME + seed)
+        values = moved(inertia, seed=seed) + support[:, None]
+        values[:, 3] = support + NOISE * np.random.default_rng(seed + 9).standard_normal(len(TIME))
+        return values
+
+    on = np.array([False, False, False, True])
+    first = replace(channels(shaken(1, 3.1)), support=on, fit=np.ones(len(TIME), bool))
+    first = replace(first, take=SimpleNamespace(**vars(first.take), name="first"))
+    other = replace(held_out(shaken(2, 2.3)), support=on)
+    amplitude = (AMPLITUDE * SHAPE)[None].astype(complex)
+    ring = RingDown(
+        np.array([5.0]), np.array([0.02]), amplitude, np.zeros(4), np.full(4, NOISE), np.eye(2)
+    )
+    law, p = build_law([ring], (first, other), (0, 0))
+    start = fit(law, p, evaluations=40)
+    (answering,) = [e for e in read_off(start) if e.name == "base_motion" and e.columns]
+    found = raced(start, answering)
+    left = (other.values - found.predicted[1])[:, :3][~other.fit]
+    before = (other.values - start.predicted[1])[:, :3][~other.fit]
+    assert np.sqrt(np.mean(before**2)) > 20 * NOISE
+    assert np.sqrt(np.mean(left**2)) < 2 * NOISE
 
 
 @pytest.mark.parametrize(("off", "is_enough"), [(4.0, True), (6.0, False)])
