@@ -11,10 +11,22 @@ from .case_schema import CASE_FIELDS
 from .data import Camera, Case, Load, Marker, Material, Surface, Take, replace
 from .errors import CaseError
 from .pins import HAIR, Box, Region, Sphere, held_vertices, vertices_region
-from .surface import bounding_box, closest_point, diagonal, enclosed_volume, is_closed, read_surface
+from .surface import (
+    METRES,
+    bounding_box,
+    closest_point,
+    diagonal,
+    enclosed_volume,
+    is_closed,
+    read_surface,
+)
 from .takes import Scene, beside, read_recording
 
 HEAVY = 1000.0  # times the body's own mass: a load beyond it is a mistake of units
+FEWEST = 3  # markers that tell a mistake of units
+ON = 0.005  # of the object's diagonal: what is nearer its surface lies on it
+NEARER = 0.2  # of how far off it is in the unit that is said
+SPREAD = 0.2  # the same, that markers on it cover
 FAR = 0.5  # of the object's diagonal: a place further off the surface is a mistake of units
 
 
@@ -56,6 +68,7 @@ def _make_case(fields: dict, folder: Path, progress) -> Case:
     markers = _markers(fields["marker"])
     on_object = {f"[[marker]] {m.name}": m.position for m in markers if m.on == "object"}
     _check_near(surface, on_object)
+    _check_unit(surface, body["length_unit"], np.array(list(on_object.values())))
     camera = make_camera(fields["camera"], "[camera]") if fields["camera"] else None
     _check_in_front(camera, markers)
     scene = Scene(folder, markers, camera, diagonal(surface))
@@ -175,6 +188,27 @@ def _warned_of_no_sag(takes: tuple[Take, ...]) -> tuple[Take, ...]:
             told = replace(take.recording, warnings=(*take.recording.warnings, text))
             return (*takes[:k], replace(take, recording=told), *takes[k + 1 :])
     return takes
+
+
+def _check_unit(surface: Surface, unit: str, positions: np.ndarray) -> None:
+    """Raises CaseError where markers (n, 3) m lie off the mesh, and on it in another unit."""
+    if len(positions) < FEWEST or (off := _off(surface, positions)) < ON:
+        return
+    for other in METRES:
+        scaled = positions * (METRES[unit] / METRES[other])
+        spread = np.linalg.norm(np.ptp(scaled, axis=0)) / diagonal(surface)
+        if other != unit and spread > SPREAD and _off(surface, scaled) < min(ON, NEARER * off):
+            away = off * diagonal(surface)
+            raise CaseError(
+                f'[object] length_unit = "{unit}": half of the markers lie {away:.3g} m or more '
+                f"off the surface, and on it where the mesh is in {other}; positions on the "
+                f'object are needed, in m. Say length_unit = "{other}", or mend the positions.'
+            )
+
+
+def _off(surface: Surface, places: np.ndarray) -> float:
+    """How far the places (n, 3) m are from the surface, over its diagonal; the median."""
+    return float(np.median(closest_point(surface, places)[2])) / diagonal(surface)
 
 
 def _check_in_front(camera: Camera | None, markers: tuple[Marker, ...]) -> None:

@@ -175,6 +175,7 @@ def _refined(look, family: Family, theta: np.ndarray) -> np.ndarray:
     if len(theta) == n:
         return theta
     scale = np.ptp(family.grid[:, n:], axis=0) / 20
+    scale = np.where(scale > 0, scale, (family.high - family.low)[n:] / 20)
 
     def whole(y):
         return np.clip(np.r_[theta[:n], y * scale], family.low, family.high)

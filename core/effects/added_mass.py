@@ -26,6 +26,7 @@ NEAR = 12  # places around the best one, where it is looked for again
 WALKS = 3  # times at most that it is looked for as far off, before half as far
 HALVINGS = 2  # of how far that is
 SEATS = (0.01, 0.5, 1.5, 3.0)  # give of the seat, over that of the modulus times the lump's radius
+SOFTEST = 5.0  # of them
 HEAVIEST = 5.0  # times the body's own mass
 STILL = 1e-6  # share of a hanging lump's inertia that is left across gravity
 
@@ -36,7 +37,8 @@ def change_model(model, theta):
 
 
 def families(body, solve):
-    """Masses over the surface; theta = (place, hangs 0 or 1, seat, log of mass over the body's).
+    """Masses over the surface; theta = (place, hangs 0 or 1, log of the seat's give,
+    log of the mass over the body's).
 
     How wide a lump sits, and so how much gives under it, is no part of the answer, but what it may
     be widens the answer's interval.
@@ -99,7 +101,7 @@ def _family(body, solve, search: Search) -> Family:
     def matrices(theta):
         """Of the body and the lump's own three displacements, on springs between them."""
         along = np.outer(down, down) if theta[1] else np.eye(3)
-        N, spring = along @ at[int(theta[0])], radius / search.seats[int(theta[2])]
+        N, spring = along @ at[int(theta[0])], radius / np.exp(theta[2])
         inertia = own * np.exp(theta[3]) * (along + STILL * (np.eye(3) - along))
         stiffness = np.block(
             [[K + spring * N.T @ N, -spring * N.T], [-spring * N, spring * np.eye(3)]]
@@ -116,13 +118,13 @@ def _family(body, solve, search: Search) -> Family:
     def nearer(theta):
         return _family(body, solve, search.around(body, solve, int(theta[0]), theta[3]))
 
-    hangs, seats = range(1 if down is None else 2), range(len(search.seats))
+    hangs, seats = range(1 if down is None else 2), np.log(search.seats)
     grid = np.array(list(product(range(len(search.places)), hangs, seats, search.sizes)))
-    low = np.array([0, 0, 0, np.log(1e-4)])
-    high = np.array([len(search.places) - 1, 1, len(search.seats) - 1, np.log(HEAVIEST)])
+    low = np.array([0, 0, np.log(SEATS[0]), np.log(1e-4)])
+    high = np.array([len(search.places) - 1, 1, np.log(SOFTEST), np.log(HEAVIEST)])
     return Family(
         np.hstack([basis, np.zeros((len(basis), 3))]), matrices, grid, low, high, report, weight,
-        frozen=3, unknowns=3, nearer=None if search.last else nearer, size=lambda theta: theta[3],
+        frozen=2, unknowns=3, nearer=None if search.last else nearer, size=lambda theta: theta[3],
     )  # fmt: skip
 
 

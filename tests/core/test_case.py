@@ -384,6 +384,22 @@ def test_a_marker_far_off_the_object_is_refused_with_the_distance(read, place):
     assert "0.08 m off" in message or "100" in message
 
 
+def test_a_mesh_in_another_unit_than_is_said_is_known_by_its_markers(read):
+    big = re.sub(r"0\.(\d+)", lambda m: str(float(m[0]) * 1000), BEAM)
+    more = "".join(
+        f'[[marker]]\nname = "{name}"\nposition = {place}\n'
+        for name, place in (("side", "[0.05, 0.02, 0.01]"), ("top", "[0.02, 0.01, 0.02]"))
+    )
+    text = CASE.replace("density", 'length_unit = "cm"\ndensity') + more
+    refused(read, ["length_unit", '"cm"', '"mm"', "0.01 m"], text, mesh=big)
+    csv = tracks().splitlines()
+    csv = [csv[0] + ",side.x,side.y,side.z,top.x,top.y,top.z"] + [
+        line + ",0.05,0.02,0.01,0.02,0.01,0.02" for line in csv[1:]
+    ]
+    case = read(text.replace('"cm"', '"mm"'), "\n".join(csv), mesh=big)
+    assert len(case.takes[0].recording.markers) == 3
+
+
 def test_a_marker_a_little_off_the_surface_is_welcome_and_a_far_one_on_the_support_too(read):
     text = CASE.replace("[0.1, 0.01, 0.01]", "[0.12, 0.01, 0.01]")
     text += '[[marker]]\nname = "wall"\nposition = [-0.3, 0, 0]\non = "support"\n'

@@ -5,16 +5,16 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.linalg import eigh
+from scipy.linalg import block_diag, eigh
 
 from core.compare import Measured, compare
 from core.data import Material
-from core.effects import compliant_pin, graded_stiffness, poisson_ratio
-from core.elasticity import assemble, hold
+from core.effects import added_mass, compliant_pin, graded_stiffness, poisson_ratio
+from core.elasticity import assemble, hold, lump_operator, lump_radius, surface_quadrature
 from core.findings import DOUBT, _chance
 from core.further import damps_alike
 from core.ground import parted
-from core.modal_layer import improved
+from core.modal_layer import _fit, improved
 from core.modes import solve_modes
 from tests.core.solids import block, box_surface
 
@@ -63,6 +63,57 @@ def test_a_changed_body_has_the_pitches_of_the_whole_one(body, effect, values, t
     for value in values:
         changed = effect.change_model(body.model, (value,))
         assert differ(family, (told(value),), changed) < 2e-3
+
+
+def sprung(model, place, mass):
+    """Pitches (6,) Hz and shapes (P, 3, 6) with a lump on a spring, solved in full."""
+    radius, free = lump_radius(mass), model.free
+    N = lump_operator(model, place[None], radius).toarray()[:, free]
+    k = radius / 2
+    K, M = (m[free][:, free].toarray() for m in (model.stiffness, model.mass))
+    K = np.block([[K + k * N.T @ N, -k * N.T], [-k * N, k * np.eye(3)]])
+    values, x = eigh(K, block_diag(M, mass * np.eye(3)), subset_by_index=[0, 5])
+    shapes = np.zeros((3 * len(model.points), 6))
+    shapes[free] = x[:-3]
+    return np.sqrt(values) / (2 * np.pi), shapes.reshape(-1, 3, 6)
+
+
+@pytest.mark.parametrize("place", [(0.1, 0.0225, 0.015), (0.07, 0.03, 0.005), (0.05, 0.0, 0.02)])
+def test_a_lump_is_found_where_it_sits_however_soft_its_seat_is(place):
+    counts, size = STOCKY
+    surface = box_surface(size)
+    model = hold(
+        assemble(block(counts, size, jitter=0.2), Material(1000.0, 0.45)),
+        surface,
+        surface.vertices[:, 0] < 1e-9,
+    )
+    modes = solve_modes(model, 16)
+    skin = (surface_quadrature(model)[0] @ model.points.ravel()).reshape(-1, 3)  # many places
+    skin = np.vstack([place, skin])
+    case = SimpleNamespace(
+        surface=SimpleNamespace(vertices=skin), takes=[SimpleNamespace(gravity=None)]
+    )
+    corners = np.random.default_rng(7).choice(len(model.points), 12, replace=False)
+    one = SimpleNamespace(
+        model=model, modes=modes, case=case, bare=model,
+        seen=lambda data, shapes=modes.shapes: shapes[corners].reshape(36, -1).T,
+    )  # fmt: skip
+    mass, x, young = 0.1 * model.mesh.volume * 1000.0, np.array(place), 2e4
+    pitch, shapes = sprung(model, x, mass)
+    shapes = one.seen(None, shapes)
+    errors = np.full(6, 0.003), np.abs(shapes).max(axis=1, keepdims=True) * np.full((6, 36), 0.02)
+    measured = Measured(pitch * np.sqrt(young), errors[0], shapes, errors[1])
+    values = (2 * np.pi * modes.frequency) ** 2
+    base = compare(measured, values, one.seen(None))
+    ground = SimpleNamespace(
+        body=one, data=None, measured=measured, base=base, shrink=np.ones(16), pull=None
+    )
+    first = modes.shapes.reshape(-1, 16)
+    families = added_mass.families(one, lambda m, n: improved(m, first[:, :n]))
+    found = _fit(added_mass.EFFECT, families, ground)
+    assert found.told["mass"] == pytest.approx(mass, rel=0.08)
+    assert np.linalg.norm(found.told["position"] - x) < 1e-9
+    assert found.hypothesis.modulus == pytest.approx(young, rel=0.02)
 
 
 def test_a_solve_begun_near_the_modes_ends_nearer(body):
