@@ -16,7 +16,6 @@ from .factorization import factorize
 from .ground import Ground
 from .side_by_side import side_by_side
 
-CHOICES = 10  # places or forms whose numbers are refined
 LIMIT = 3.84  # rise of chi2 within which a parameter is not told from the best one, 95 %
 HALVINGS = 5  # of the step that looks for it
 ITERATIONS = 3  # of a body's modes towards those of a changed one
@@ -105,8 +104,7 @@ def _best(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
     costs = np.array([look(theta)[1] for theta in family.grid])
     if not np.isfinite(costs).any():
         return None
-    choices = _best_choices(family, costs)[: 1 if family.nearer else CHOICES]
-    tried = [_refined(look, family, start) for start in choices]
+    tried = [_refined(look, family, start) for start in _best_choices(family, costs)]
     tried = sorted(((look(theta)[1], theta) for theta in tried), key=lambda one: one[0])
     wide = _wide(look(tried[0][1])[0], ground)
     theta = tried[0][1]
@@ -117,11 +115,10 @@ def _best(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
     gain = ground.base.chi2 - found.chi2
     evidence = gain - family.unknowns * np.log(_pieces(ground))
     told = family.report(theta, found.modulus)
-    if family.nearer:
-        return Suspect(effect, found, theta, told, float(evidence), float(cost), [])
     level = min(cost, tried[0][0]) + wide
     near = [*tried, *zip(costs, family.grid, strict=True)]
-    near += [(level, edge) for edge in _edges(look, family, theta, cost + wide)]
+    if family.nearer is None:
+        near += [(level, edge) for edge in _edges(look, family, theta, cost + wide)]
     near = [(c, _report(look, family, t)) for c, t in near if c <= level and look(t)[0] is not None]
     return Suspect(effect, found, theta, told, float(evidence), float(cost), near)
 
@@ -160,13 +157,14 @@ def _moved(theta: np.ndarray, i: int, by: float) -> np.ndarray:
 
 
 def _best_choices(family: Family, costs: np.ndarray) -> list[np.ndarray]:
-    """The best grid points of the few best choices (places, forms)."""
-    best = {}
+    """The best grid points of the few best choices (places, forms), that of the grid's first point
+    among them.
+    """
+    best, first = {}, tuple(family.grid[0][: family.frozen])
     for i in np.argsort(costs):
         best.setdefault(tuple(family.grid[i][: family.frozen]), family.grid[i].astype(float))
-        if len(best) == CHOICES:
-            break
-    return list(best.values())
+    few = list(best)[: family.choices]
+    return [best[one] for one in dict.fromkeys([*few, first])]
 
 
 def _refined(look, family: Family, theta: np.ndarray) -> np.ndarray:

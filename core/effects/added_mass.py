@@ -125,6 +125,7 @@ def _family(body, solve, search: Search) -> Family:
     return Family(
         np.hstack([basis, np.zeros((len(basis), 3))]), matrices, grid, low, high, report, weight,
         frozen=2, unknowns=3, nearer=None if search.last else nearer, size=lambda theta: theta[3],
+        choices=1 if search.modes and not search.last else 10,
     )  # fmt: skip
 
 

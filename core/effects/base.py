@@ -175,6 +175,7 @@ class Family:
     weight: Callable | None = None  # (theta, gravity) -> (r,) N beside the body's own
     frozen: int = 0  # leading entries of theta that are choices, not numbers
     unknowns: int = 1
+    choices: int = 10  # places or forms whose numbers are refined
     nearer: Callable | None = None  # theta -> a Family that looks closer round it
     size: Callable | None = None  # theta -> how much of the effect it is, where choices may tie
 
