@@ -19,6 +19,7 @@ from .report import estimate
 from .residual import errors
 from .stranger import strangers, told
 from .sufficiency import ASTRAY, gained, strays
+from .turned import weighs
 
 DOUBT = 1e-3  # chance below which pitches and shapes do not fit the declared body
 SLIGHT = 0.01  # of the motion, rms, and of a pitch, up to which what acts in time is a trifle
@@ -113,7 +114,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
             warnings = [*plain.warnings, told(strange)]
             return replace(plain, verdict="unexplained", warnings=warnings)
         return plain  # shapes alone, bent by whatever acts in time, name nothing
-    ranked = suspects(ground, _no_suspects(heard.body))
+    ranked = _weighed(suspects(ground, _no_suspects(heard.body)), heard, verdict)
     known = [s for s in ranked if s.effect.name in heard.body.case.declared and s.evidence > 0]
     if known:  # as the author says, the body is this one
         base = known[0].hypothesis
@@ -177,6 +178,17 @@ def _is_slight(verdict: Verdict) -> bool:
     final, damped = verdict.final, verdict.damped
     little = gained(damped, final) < SLIGHT and moved(final, damped) < SLIGHT
     return little and not creeps(verdict)
+
+
+def _weighed(ranked: list[Suspect], heard: Heard, verdict: Verdict) -> list[Suspect]:
+    """The suspects, best evidence first, with what takes of the object turned over say."""
+    out = [
+        replace(s, evidence=s.evidence + weighs(heard, verdict.final, s.hypothesis.modulus))
+        if s.effect.name == "gravity_preload"
+        else s
+        for s in ranked
+    ]
+    return sorted(out, key=lambda s: -s.evidence)
 
 
 def _chance(body: Hypothesis, measured: Measured) -> float:

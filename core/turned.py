@@ -1,0 +1,66 @@
+"""What takes of an object turned over say of its weight: hanging it is stiffer, standing softer.
+
+Source      Bathe, Finite Element Procedures (1996), 6.2: the initial stress is linear in the load
+"""
+
+import numpy as np
+
+from .body import build_body
+from .data import Take
+from .errors import DataError
+from .joint import Heard
+from .law import TimeFit
+from .tell import inflation
+
+FLOOR = 0.003  # relative error of a shift of pitch that no fit sees
+UNSURE = 0.1  # of a computed shift
+
+
+def weighs(heard: Heard, found: TimeFit, modulus: float) -> float:
+    """Gain in chi2 of the body whose weight is in its stiffness, at that Young's modulus (Pa), over
+    one that rings alike whichever way up it is; 0 where no take shows it another way up.
+    """
+    law, takes = found.law, heard.body.case.takes
+    first, K = law.fitted[0], law.modes
+    seen = {}
+    for i in law.fitted:
+        if law.pitch[i] != law.pitch[first] and _is_turned(takes[i], takes[first]):
+            seen.setdefault(law.pitch[i], i)
+    gain, own = 0.0, slice(2 * K * law.pitch[first], 2 * K * law.pitch[first] + K)
+    for pitch, i in seen.items():
+        other = slice(2 * K * pitch, 2 * K * pitch + K)
+        shift = found.parameters[other] - found.parameters[own]
+        spread = np.diag(found.covariance)
+        error = (spread[other] + spread[own]) * inflation(found) + FLOOR**2
+        foretold = _foretold(heard, takes[first], takes[i], modulus)
+        if foretold is None:
+            continue
+        error = error + (UNSURE * foretold) ** 2
+        gain += float(((shift**2 - (shift - foretold) ** 2) / error).sum())
+    return gain
+
+
+def _is_turned(one: Take, other: Take) -> bool:
+    if one.gravity is None or other.gravity is None or len(one.loads) or len(other.loads):
+        return False
+    return not np.allclose(one.gravity, other.gravity)
+
+
+def _foretold(heard: Heard, one: Take, other: Take, modulus: float) -> np.ndarray | None:
+    """(K,) logarithm of each matched mode's pitch in the other take over that in the one; None
+    where so soft a body would not stand, or a mode is not matched.
+    """
+    body = heard.body
+    if None in heard.match.modes:
+        return None
+    try:
+        upright, over = (build_body(body.case, body.bare, take, modulus) for take in (one, other))
+    except DataError:
+        return None
+    plain = body.modes.shapes[:, :, list(heard.match.modes)].reshape(-1, len(heard.match.modes))
+    moved = body.bare.mass @ plain
+    pitches = []
+    for turned in (upright, over):  # which mode it has become
+        alike = np.abs(turned.modes.shapes.reshape(len(plain), -1).T @ moved)
+        pitches.append(turned.modes.frequency[alike.argmax(axis=0)])
+    return np.log(pitches[1] / pitches[0])
