@@ -6,7 +6,8 @@ import numpy as np
 from scipy.linalg import null_space
 
 from .law import Law, unpack, widths, with_columns
-from .linear_part import regressors
+from .linear_part import delays, regressors
+from .shutter import later
 from .simulate import free_swing
 
 STEPS, STILL = 12, 1e-6  # at most, and the share of the start that a last one moves it by
@@ -39,7 +40,10 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
     first = p[a + 2 * K * model : a + 2 * K * (model + 1)]
     size = np.hypot(*first.reshape(2, -1)).max()
     swings, creeps, lines = _kinds(law)
-    across = _across(one, lead, known, creeps, first[:K])
+    alike = law.pitch[index] == law.pitch[law.fitted[0]]  # whose body the ways are of
+    across = _across(one if alike else replace(one, ways=()), lead, known, creeps, first[:K])
+
+    late = delays(one, unpack(one, lead[None], 0)[3], data)
 
     def strength(start):  # of a release from the other side it is negative
         return np.copysign(np.hypot(*start.reshape(2, -1)).max() / size, start @ first)
@@ -58,7 +62,7 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
             now[:, :, j] += re * cos + im * sin
             now[:, :, j + 1] += re * sin - im * cos
         y = np.swapaxes((basis @ now[:, :, :, None])[..., 0], 1, 2)
-        y = y + across.motion(beside, data.time, basis[:, 0][:, :, creeps])
+        y = y + across.motion(beside, data.time, late, basis[:, 0][:, :, creeps])
         return y, np.hstack([beside / (WIDE * size), turns / WIDE])
 
     steps = np.full(2 * K + 2 * across.count, law.setting.amplitude)
@@ -91,14 +95,21 @@ class _Across:
     def count(self) -> int:
         return len(self.shapes)
 
-    def motion(self, start: np.ndarray, time: np.ndarray, creeps: np.ndarray) -> np.ndarray:
-        """(B, T, C) from places and speeds over the pitch (B, 2n), with the creeps (B, T, q)."""
+    def motion(self, start: np.ndarray, time: np.ndarray, late, creeps: np.ndarray) -> np.ndarray:
+        """(B, T, C) from places and speeds over the pitch (B, 2n), with the creeps (B, T, q).
+
+        late: as `delays` has it, how much after `time` (T,) each channel is seen.
+        """
         place, speed = np.split(start, 2, axis=1)
         omega, zeta = (np.broadcast_to(one, place.shape) for one in (self.omega, self.zeta))
         begun = np.stack([place, speed * omega], axis=1)
-        swing = free_swing(omega, zeta, begun, np.broadcast_to(time, (len(start), len(time))))[0]
+        time = np.broadcast_to(time, (len(start), len(time)))
+        u, v = (one[:, None] for one in free_swing(omega, zeta, begun, time))
+        if late is not None and self.count:
+            u, v = later(omega, zeta, (u, v), late)
+        swing = np.swapaxes((u * self.shapes.T[None, :, None]).sum(axis=3), 1, 2)
         crept = (creeps @ self.creep)[:, :, None] * place[:, None]
-        return (swing + crept) @ self.shapes
+        return swing + crept @ self.shapes
 
 
 def _across(law: Law, lead, known: np.ndarray, creeps: list, pose: np.ndarray) -> _Across:
@@ -106,8 +117,10 @@ def _across(law: Law, lead, known: np.ndarray, creeps: list, pose: np.ndarray) -
     omega, zeta, _, _ = unpack(law, lead[None], 0)
     modes, shapes = [], [np.zeros((0, len(known)))]
     for k, way in enumerate(law.ways):
+        if way.shape[1] < 2:
+            continue
         along = np.linalg.lstsq(way, known[:, k], rcond=None)[0]
-        shapes.append((way @ null_space(along[None])).T)
+        shapes.append((way @ null_space(along[None])).T * np.linalg.norm(along))
         modes += [k] * len(shapes[-1])
     shapes = np.vstack(shapes)
     held = known[:, : law.modes] @ pose

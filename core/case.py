@@ -26,7 +26,7 @@ HEAVY = 1000.0  # times the body's own mass: a load beyond it is a mistake of un
 FEWEST = 3  # markers that tell a mistake of units
 ON = 0.005  # of the object's diagonal: what is nearer its surface lies on it
 NEARER = 0.2  # of how far off it is in the unit that is said
-SPREAD = 0.2  # the same, that markers on it cover
+SPREAD = 0.2  # of the diagonal, that markers on an object cover
 FAR = 0.5  # of the object's diagonal: a place further off the surface is a mistake of units
 
 
@@ -192,17 +192,24 @@ def _warned_of_no_sag(takes: tuple[Take, ...]) -> tuple[Take, ...]:
 
 def _check_unit(surface: Surface, unit: str, positions: np.ndarray) -> None:
     """Raises CaseError where markers (n, 3) m lie off the mesh, and on it in another unit."""
-    if len(positions) < FEWEST or (off := _off(surface, positions)) < ON:
+    if len(positions) < FEWEST:
+        return
+    off, covered = _off(surface, positions), np.linalg.norm(np.ptp(positions, axis=0))
+    huddled = covered < SPREAD / 10 * diagonal(surface)  # at one place of a mesh too large
+    if off < ON and not huddled:
         return
     for other in METRES:
         scaled = positions * (METRES[unit] / METRES[other])
-        spread = np.linalg.norm(np.ptp(scaled, axis=0)) / diagonal(surface)
-        if other != unit and spread > SPREAD and _off(surface, scaled) < min(ON, NEARER * off):
-            away = off * diagonal(surface)
+        spread = covered * METRES[unit] / METRES[other] / diagonal(surface)
+        if other == unit or spread < SPREAD:
+            continue
+        nearer = _off(surface, scaled)
+        if nearer < ON and (huddled or nearer < NEARER * off):
             raise CaseError(
-                f'[object] length_unit = "{unit}": half of the markers lie {away:.3g} m or more '
-                f"off the surface, and on it where the mesh is in {other}; positions on the "
-                f'object are needed, in m. Say length_unit = "{other}", or mend the positions.'
+                f'[object] length_unit = "{unit}": the object would be {diagonal(surface):.3g} m '
+                f"across, and the markers are spread over {covered:.3g} m; they lie on its "
+                f'surface where the mesh is in {other}. Say length_unit = "{other}", or give '
+                "positions on the object in m."
             )
 
 

@@ -47,7 +47,7 @@ class Measured:
         """(K,) share of every shape that is no noise, by which it tells a mode."""
         weight = 1 / self.shape_error
         power = ((self.shapes * weight) ** 2).sum(axis=1) / (weight > UNSEEN).sum(axis=1)
-        return power / (1 + power)
+        return np.maximum(power - 1, 0) / np.maximum(power, 1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -96,17 +96,27 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         return None
     base = rematched(measured, values, body.seen(data), unit, base)
     if middle != 1:
-        measured = parted(measured, base.modes, body.modes.frequency, middle - 1)
-        base = compare(measured, values, body.seen(data), unit) or base
+        measured = parted(measured, base.modes, body.modes.frequency, (pair, middle - 1))
+        base = rematched(
+            measured,
+            values,
+            body.seen(data),
+            unit,
+            compare(measured, values, body.seen(data), unit) or base,
+        )
     ratios = np.r_[verdict.damped.damping_ratio, [one.damping_ratio for one in further]]
     return Ground(body, data, measured, base, shrink, sigma, ratios, pull)
 
 
-def parted(measured: Measured, modes: tuple, own: np.ndarray, half: float) -> Measured:
-    """The measurements where one pair of the body (computed pitches `own` (m,) Hz) is parted by
-    twice `half`, relatively: what parts one pair parts them all, this way or that.
+def parted(measured: Measured, modes: tuple, own: np.ndarray, split: tuple) -> Measured:
+    """The measurements where a pair of the body (computed pitches `own` (m,) Hz) is parted, whose
+    middle was taken: what parts one pair parts the others, this way or that.
+
+    split: the number of that pair's mode, and half of what it is parted by, relatively.
     """
+    pair, half = split
     paired = (np.abs(own[:, None] / own[list(modes)] - 1) < PAIR).sum(axis=0) > 1
+    paired[pair] = False
     error = np.where(paired, np.hypot(measured.error, half), measured.error)
     return replace(measured, error=error)
 

@@ -245,7 +245,8 @@ def _with_all(ground: Recorded, settled: tuple, rings: tuple):
         if None not in match.modes:
             take = _first_take(ground, c)
             parted = _gaps(match.modes, ground.bodies[c])
-            if ground.takes[ground.fitted[take]].take.loads:
+            known = all(None not in m.modes for m in matches.values())
+            if known and ground.takes[ground.fitted[take]].take.loads:
                 shift = _shift(ground, matches)
                 parted = {k: max(LADEN * gap, SEAT * shift[k]) for k, gap in parted.items()}
             free = _with_partners(free, parted, take=take)

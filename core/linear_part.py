@@ -32,16 +32,22 @@ def march(law: Law, unpacked, data: Channels):
     u, v, traces = swing(omega, zeta, start, time, forces, law.setting)
     # modes above those that were measured answer a force at once, in a shape of their own
     columns = [(e, traces[:, :, [j]]) for j, (e, _) in enumerate(p for p in forces if p[0].force)]
-    delay = None if data.late is None else data.late.T[None]
     for effect, theta in pairs:
         if effect.beside:
             columns.append((effect, effect.beside(theta, omega, zeta, time)))
         elif effect.columns:
             own = effect.columns_in(data.take) if effect.columns_in else effect.columns
             columns.append((effect, own(theta, law.setting, time, u)))
+    return u, v, columns, delays(law, thetas, data)
+
+
+def delays(law: Law, thetas, data: Channels) -> np.ndarray | None:
+    """(B, C, T) s, how much after its instant each sample was taken; None where nothing says so."""
+    out = None if data.late is None else data.late.T[None]
+    for effect, theta in zip(law.effects, thetas, strict=True):
         if effect.delay:
-            delay = effect.delay(theta, law.setting, data.rows.T) + (0 if delay is None else delay)
-    return u, v, columns, delay
+            out = effect.delay(theta, law.setting, data.rows.T) + (0 if out is None else out)
+    return out
 
 
 def regressors(law: Law, unpacked, take: int):

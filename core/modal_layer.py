@@ -78,11 +78,12 @@ def _fit(effect: Effect, families: Iterable[Family], ground: Ground) -> Suspect 
         found = _best(effect, family, ground)
         while found is not None:
             told += found.near
-            if family.nearer is None:
-                ends.append(found)
-                break
-            family = family.nearer(found.theta)
-            found = _best(effect, family, ground) or found
+            last, found = found, None
+            if family.nearer:
+                family = family.nearer(last.theta)
+                found = _best(effect, family, ground)
+            if found is None:
+                ends.append(last)
     if not ends:
         return None
     best = min(ends, key=lambda one: one.cost)
@@ -136,7 +137,8 @@ def _edges(look, family: Family, theta: np.ndarray, level: float) -> list[np.nda
     for i in range(family.frozen, len(theta)):
         for way in (-1.0, 1.0):
             far = (family.high if way > 0 else family.low)[i] - theta[i]
-            near, step = 0.0, way * np.ptp(family.grid[:, i]) / 200
+            span = np.ptp(family.grid[:, i]) or family.high[i] - family.low[i]
+            near, step = 0.0, way * span / 200
             while abs(step) < abs(far) and look(_moved(theta, i, step))[1] < level:
                 near, step = step, 2 * step
             far = step if abs(step) < abs(far) else far

@@ -66,14 +66,19 @@ def race(one: Try) -> TimeFit:
 
 def begun(one: Try) -> Begun:
     """The search on the first shares of the record."""
-    start, effect, places = one.start, one.effect, _places(one)
-    setting = start.law.setting
-    least = PERIODS * 2 * np.pi / (setting.omega[0] * setting.duration)
-    first = [h for h in one.horizons if least < h <= HALF] if effect.marched else []
+    effect, places = one.effect, _places(one)
+    first = _shares(one, HALF) if effect.marched else []
     if not first:
         return Begun(places, np.nan)
     walks = walked(one.law, places, first, LOOKS)
     return Begun(np.array([p for p, _, _ in walks]), walks[0][2])
+
+
+def _shares(one: Try, most: float) -> list[float]:
+    """Of the record, up to `most`, that hold enough periods."""
+    setting = one.start.law.setting
+    least = PERIODS * 2 * np.pi / (setting.omega[0] * setting.duration)
+    return [h for h in one.horizons if least < h <= most or h == 1.0 == most]
 
 
 def _places(one: Try) -> np.ndarray:
@@ -93,10 +98,10 @@ def ended(one: Try, begun: Begun) -> TimeFit:
     marched = any(e.marched for e in one.law.effects)
     looks = LOOKS if marched else CHEAP
     close = (CLOSELY if effect.marched else LOOSELY, CLOSE) if marched else (CLOSELY, 0.0)
-    found = best_fit(one.law, begun.places, rest, looks, close)
+    found = best_fit(one.law, begun.places, rest, evaluations=looks, close=close)
     if effect.marched and _is_unsteady(found, one.start):
-        law = _finely(one.law)
-        found = best_fit(law, _places(one), one.horizons, looks, close)
+        shares = _shares(one, 1.0)
+        found = best_fit(_finely(one.law), _places(one), shares, evaluations=looks, close=close)
     return across(found) if effect.force else found
 
 
@@ -108,8 +113,11 @@ def _is_unsteady(found: TimeFit, start: TimeFit) -> bool:
     """Whether finer steps lose most of what a search gained: a force that softens may let a motion
     escape, which coarse steps pass over.
     """
+    gain = start.chi2 - found.chi2
+    if gain < TOLD:
+        return False
     finely = misfits(_finely(found.law), found.parameters[None])[0]
-    return bool(finely - found.chi2 > LOST * (start.chi2 - found.chi2))
+    return bool(finely - found.chi2 > LOST * gain)
 
 
 def worth(tries: list[Try], bare: TimeFit | None = None) -> list[tuple[Try, Begun]]:
@@ -161,6 +169,8 @@ def raced(start: TimeFit, *effects: Effect) -> Law:
     # with misfit beyond noise a weight in noise units would be too weak
     trust = TRUST * max(np.sqrt(start.chi2 / start.samples), 1.0)
     steps = FINE if any(e.sudden for e in law.effects) else COARSE
+    if start.law.setting.steps > FINE:  # what is there already needs them
+        steps = start.law.setting.steps
     return replace(law, trust=trust, setting=replace(start.law.setting, steps=steps))
 
 

@@ -20,7 +20,7 @@ def read_off(start: TimeFit) -> list[Effect]:
     residual = _left(start, 0)
     if len(np.unique(data.marker[~data.support])) >= 3:
         left = tuple(
-            0 * t.values if t.take.held_out else t.values - p
+            np.zeros_like(t.values) if t.take.held_out else t.values - p
             for t, p in zip(law.takes, start.predicted, strict=True)
         )
         swings = law.setting.duration * law.setting.omega[0] / (2 * np.pi)
@@ -29,14 +29,15 @@ def read_off(start: TimeFit) -> list[Effect]:
         out += _jumps(start)
     if _common_is_possible(start, data):
         shared = tuple(
-            base_motion.common_motion(t, t.values - p) if _is_read(t) else 0 * t.values
+            base_motion.common_motion(t, t.values - p) if _is_read(t) else np.zeros_like(t.values)
             for t, p in zip(law.takes, start.predicted, strict=True)
         )
-        free = int(data.fit.sum()) * data.take.recording.values.shape[2]
+        frames = sum(int(law.takes[index].fit.sum()) for index in law.fitted)
+        free = frames * data.take.recording.values.shape[2]
         rms = base_motion.size(data, residual) / px_per_metre(data)
         out.append(base_motion.shaken(shared, rms, free))
-        if data.support.any():
-            paths = {one.take.name: base_motion.support_path(one) for one in law.takes}
+        paths = base_motion.support_paths(law.takes) if data.support.any() else None
+        if paths:
             out.append(base_motion.shaken(shared, rms, free, paths))
     return out
 

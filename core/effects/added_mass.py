@@ -24,7 +24,7 @@ PLACES = 40  # on the surface, far apart
 RESPONSES = 10  # of them whose local give is in the basis
 NEAR = 12  # places around the best one, where it is looked for again
 WALKS = 3  # times at most that it is looked for as far off, before half as far
-HALVINGS = 2  # of how far that is
+HALVINGS = 2  # of how far that is, before the last look around
 SEATS = (0.01, 0.5, 1.5, 3.0)  # give of the seat, over that of the modulus times the lump's radius
 SOFTEST = 5.0  # of them
 HEAVIEST = 5.0  # times the body's own mass
@@ -74,7 +74,7 @@ class Search:
         last = halvings > HALVINGS or not len(around)
         some = np.vstack([centre, *([_spread(around, NEAR)] if len(around) else [])])
         modes = self.modes
-        if moved:
+        if place > 0 or not modes:
             heavy = change_model(body.model, (own * np.exp(mass), *centre))
             modes = (solve(heavy, body.modes.shapes.shape[2]),)
         sizes = mass + np.linspace(-1, 1, 5) * (0.25 if last else 0.5)
@@ -124,7 +124,7 @@ def _family(body, solve, search: Search) -> Family:
     high = np.array([len(search.places) - 1, 1, np.log(SOFTEST), np.log(HEAVIEST)])
     return Family(
         np.hstack([basis, np.zeros((len(basis), 3))]), matrices, grid, low, high, report, weight,
-        frozen=2, unknowns=3, nearer=None if search.last else nearer, size=lambda theta: theta[3],
+        frozen=2, unknowns=4, nearer=None if search.last else nearer, size=lambda theta: theta[3],
         choices=1 if search.modes and not search.last else 10,
     )  # fmt: skip
 

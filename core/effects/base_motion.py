@@ -16,6 +16,7 @@ from scipy.signal import cont2discrete, lfilter
 from .base import Effect, Parameter
 
 PITCH, DAMPING = 0.15, 2.0  # logarithms by which a shaken mode may be other than it was heard
+FEWEST = 12  # instants at which a support is seen, to tell how it moves
 BESIDE, MARGIN = 4, 1.3  # neighbours either way of a spectrum's line; noise is no less than this
 SETTLE = "stick a marker on the support, or film something that stands still beside it"
 
@@ -77,15 +78,35 @@ def clear(path: np.ndarray, variance: float) -> np.ndarray:
     return np.fft.irfft(lines * share, 2 * len(path))[: len(path)]
 
 
-def support_path(data) -> tuple[np.ndarray, np.ndarray]:
-    """Instants (n,) s and the motion (n,) of the support's markers, along where it is largest."""
-    known = np.isfinite(data.values[:, data.support]).all(axis=1)
+def support_paths(takes) -> dict | None:
+    """Of every take, by `key`, instants (n,) s and the motion (n,) of the support's markers along
+    where it is largest in the first; None where a take shows too little of them.
+    """
+    seen = [_support_motion(data) for data in takes]
+    if min(len(time) for time, _, _ in seen) <= FEWEST:
+        return None
+    way = np.linalg.svd(seen[0][1], full_matrices=False)[0][:, 0]
+    return {
+        key(data.take): (time, clear(way @ mean, noise))
+        for data, (time, mean, noise) in zip(takes, seen, strict=True)
+    }
+
+
+def key(take) -> tuple:
+    """What tells a take from another one, which may be of the same file."""
+    return take.name, take.recording.start, take.recording.stop
+
+
+def _support_motion(data) -> tuple[np.ndarray, np.ndarray, float]:
+    """Instants (n,) at which it is seen, the mean motion (axes, n) there and its variance."""
     axes = np.concatenate([np.arange((data.marker == m).sum()) for m in np.unique(data.marker)])
-    values = data.values[known] - np.nanmean(data.values[known], axis=0)
-    noise = data.sigma[data.support].mean() ** 2 / data.support.sum() * len(np.unique(axes))
-    mean = np.array([values[:, data.support & (axes == a)].mean(axis=1) for a in np.unique(axes)])
-    way = np.linalg.svd(mean, full_matrices=False)[0][:, 0]
-    return data.time[known], clear(way @ mean, noise)
+    values = [data.values[:, data.support & (axes == a)] for a in np.unique(axes)]
+    known = np.all([np.isfinite(one).any(axis=1) for one in values], axis=0)
+    if not known.any():
+        return data.time[known], np.zeros((len(values), 0)), 0.0
+    mean = np.array([np.nanmean(one[known] - np.nanmean(one, axis=0), axis=1) for one in values])
+    noise = data.sigma[data.support].mean() ** 2 / data.support.sum() * len(values)
+    return data.time[known], mean, noise
 
 
 def answer(omega: float, zeta: float, time: np.ndarray, path: np.ndarray) -> np.ndarray:
@@ -104,7 +125,7 @@ def answer(omega: float, zeta: float, time: np.ndarray, path: np.ndarray) -> np.
 def shaken(shared: tuple[np.ndarray, ...], rms: float, free: int, paths=None) -> Effect:
     """The motion `shared`, per take (T, C), taken off; `rms` of it in m, `free` numbers in it.
 
-    paths: name of every take -> what `support_path` gave, where the body answers to it; then theta
+    paths: what `support_paths` gave, where the body answers to it; then theta
     = (log of the first mode's pitch, log of its damping ratio, both over the declared fit's), which
     matter near it.
     """
@@ -130,7 +151,7 @@ def shaken(shared: tuple[np.ndarray, ...], rms: float, free: int, paths=None) ->
         starts=lambda setting, residual: [() if paths is None else (0.0, 0.0)],
         given=lambda take: shared[take],
         columns=partial(answers, next(iter(paths.values()))) if paths else None,
-        columns_in=(lambda take: partial(answers, paths[take.name])) if paths else None,
+        columns_in=(lambda take: partial(answers, paths[key(take)])) if paths else None,
         channels=lambda setting, data: ~data.support,
         free=free,
         report=lambda theta, setting, shape: {"rms": rms},

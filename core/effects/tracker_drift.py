@@ -75,7 +75,11 @@ def stray(markers: tuple[int, ...], names: list[str], takes: tuple, residuals: t
         names,
         ("split_modes",),
         given=lambda take: own[take],
-        free=int(sum(d.fit.sum() * np.isin(d.marker, markers).sum() for d in takes)),
+        free=int(
+            sum(
+                d.fit.sum() * np.isin(d.marker, markers).sum() for d in takes if not d.take.held_out
+            )
+        ),
     )
 
 

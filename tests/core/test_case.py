@@ -391,7 +391,9 @@ def test_a_mesh_in_another_unit_than_is_said_is_known_by_its_markers(read):
         for name, place in (("side", "[0.05, 0.02, 0.01]"), ("top", "[0.02, 0.01, 0.02]"))
     )
     text = CASE.replace("density", 'length_unit = "cm"\ndensity') + more
-    refused(read, ["length_unit", '"cm"', '"mm"', "0.01 m"], text, mesh=big)
+    for said in ("cm", "m"):
+        words = ["length_unit", f'"{said}"', '"mm"']
+        refused(read, words, text.replace('"cm"', f'"{said}"'), mesh=big)
     csv = tracks().splitlines()
     csv = [csv[0] + ",side.x,side.y,side.z,top.x,top.y,top.z"] + [
         line + ",0.05,0.02,0.01,0.02,0.01,0.02" for line in csv[1:]

@@ -173,10 +173,10 @@ def test_what_parts_one_pair_of_a_body_parts_its_other_pairs():
     measured = Measured(pitch, np.full(4, 0.003), shapes, np.full((4, 12), 0.02))
     values = (2 * np.pi * own) ** 2
     doubted = compare(measured, values, shapes)
-    told = compare(parted(measured, doubted.modes, own, 0.04), values, shapes)
+    told = compare(parted(measured, doubted.modes, own, (0, 0.04)), values, shapes)
     assert _chance(doubted, measured) < 1e-6 and _chance(told, measured) > 0.05
     other = replace(measured, frequency=own * np.array([1.0, 1.04, 1.0, 1.0]))
-    twisted = compare(parted(other, doubted.modes, own, 0.04), values, shapes)
+    twisted = compare(parted(other, doubted.modes, own, (0, 0.04)), values, shapes)
     assert _chance(twisted, other) < 1e-6  # which no pair explains
 
 

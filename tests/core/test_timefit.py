@@ -53,7 +53,9 @@ def channels(values, sigma=NOISE, time=TIME):
     """What the fit is told of a recording (T, C); the last third is held out."""
     T, C = values.shape
     markers = [SimpleNamespace(name=f"m{n + 1}", on="object") for n in range(C)]
-    recording = SimpleNamespace(camera=None, markers=markers, values=values[:, :, None])
+    recording = SimpleNamespace(
+        camera=None, markers=markers, values=values[:, :, None], start=None, stop=None
+    )
     take = SimpleNamespace(held_out=False, recording=recording)
     return Channels(
         time=time[:T],
