@@ -191,8 +191,8 @@ def strayed(markers: list[int], swings=12.0):
     """What is proposed where these of nine markers leave much more than noise."""
     residual = np.random.default_rng(3).standard_normal((100, 9))
     residual[:, markers] += np.linspace(0, 30, 100)[:, None]
+    names = [SimpleNamespace(name=f"m{n}") for n in range(9)]
     take = SimpleNamespace(recording=SimpleNamespace(markers=names), held_out=False)
-    take = SimpleNamespace(recording=SimpleNamespace(markers=names))
     data = SimpleNamespace(
         marker=np.arange(9), sigma=np.ones(9), time=np.arange(100) / 50, take=take,
         fit=np.ones(100, bool),
