@@ -460,10 +460,6 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="two modes that lie near turn into one another",
         ),
         pytest.param(
-            "gravity_preload", 14192, {"gravity_preload"}, np.inf,
-            id="a body turned over tells its weight from a support that gives",
-        ),
-        pytest.param(
             "steady_drive", 94141, {"steady_drive"}, 1.1,
             id="a drive that beats with what it rings is no second blow",
         ),

@@ -11,6 +11,7 @@ from core.body import Body, build_body
 from core.data import Material
 from core.elasticity import assemble, hold_points
 from core.errors import DataError
+from core.turned import weighs
 from core.weight import carries_weight, with_weight
 from tests.core.solids import block
 
@@ -51,6 +52,35 @@ def test_the_modulus_is_that_with_which_the_loaded_body_has_the_pitch(g):
     assert heard.body.carried == pytest.approx(YOUNG, rel=0.003)
     bare = (pitch / plain.modes.frequency[0]) ** 2
     assert (bare > YOUNG) == (g > 0)  # what hangs would be taken for stiffer stuff
+
+
+@pytest.mark.parametrize("turned", [True, False])
+def test_a_strip_turned_over_tells_its_weight_from_what_rings_alike_both_ways(turned):
+    """It hangs in the first take and stands, or lies as it did, in the second."""
+    hanging = body(np.array([9.81, 0.0, 0.0]))
+    take = hanging.case.takes[0]
+    other = SimpleNamespace(**vars(take) | {"gravity": np.array([-2.0, 0.0, 0.0])})
+    hanging.case.takes = (take, other if turned else take)
+    pitches = [
+        build_body(hanging.case, hanging.bare, one, 1e5).modes.frequency[:2]
+        for one in hanging.case.takes
+    ]
+    heard = SimpleNamespace(body=hanging, match=SimpleNamespace(modes=(0, 1)))
+
+    def found(*heard_pitches):
+        logs = [np.r_[np.log(f), 0.02, 0.02] for f in heard_pitches]
+        law = SimpleNamespace(fitted=[0, 1], pitch=(0, int(turned)), modes=2)
+        law.takes, law.setting = [SimpleNamespace(frame=0.01)], SimpleNamespace(omega=[10.0])
+        return SimpleNamespace(
+            law=law, parameters=np.concatenate(logs), covariance=1e-8 * np.eye(8), chi2=1, samples=1
+        )
+
+    weighty, alike = found(*pitches), found(pitches[0], pitches[0])
+    if not turned:
+        assert weighs(heard, weighty, 1e5) == 0
+        return
+    assert weighs(heard, weighty, 1e5) > 50
+    assert weighs(heard, alike, 1e5) < -50
 
 
 def test_a_pitch_that_no_modulus_gives_leaves_the_body_as_it_is():
