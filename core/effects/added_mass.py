@@ -25,7 +25,8 @@ RESPONSES = 10  # of them whose local give is in the basis
 NEAR = 12  # places around the best one, where it is looked for again
 WALKS = 3  # times at most that it is looked for as far off, before half as far
 HALVINGS = 2  # of how far that is, before the last look around
-SEATS = (0.01, 0.5, 1.5, 3.0)  # give of the seat, over that of the modulus times the lump's radius
+WIDTHS = (1.0, 2.0)  # of its patch over a ball of steel's; a narrower one gives more
+SEATS = (0.01, 0.5, 1.5, 3.0)  # give of the seat, over that of the modulus times the patch's radius
 SOFTEST = 5.0  # of them
 HEAVIEST = 5.0  # times the body's own mass
 STILL = 1e-6  # share of a hanging lump's inertia that is left across gravity
@@ -37,7 +38,7 @@ def change_model(model, theta):
 
 
 def families(body, solve):
-    """Masses over the surface; theta = (place, hangs 0 or 1, log of the seat's give,
+    """Masses over the surface; theta = (place, hangs 0 or 1, width, log of the seat's give,
     log of the mass over the body's).
 
     How wide a lump sits, and so how much gives under it, is no part of the answer, but what it may
@@ -46,7 +47,7 @@ def families(body, solve):
     places = _spread(body.case.surface.vertices, PLACES)
     sizes = np.log(np.geomspace(2e-3, 2.0, 8))
     reach = np.sqrt(surface_quadrature(body.model)[2].sum() / PLACES)
-    search = Search(places, sizes, places[:RESPONSES], (), SEATS[:1], reach)
+    search = Search(places, sizes, places[:RESPONSES], (), SEATS[:1], WIDTHS[:1], reach)
     return (_family(body, solve, search),)
 
 
@@ -59,6 +60,7 @@ class Search:
     giving: np.ndarray  # (k, 3) m, places whose give is in the basis
     modes: tuple  # more shapes for the basis
     seats: tuple
+    widths: tuple
     reach: float  # m, how far off it is looked for next
     walks: int = 0  # times that it was looked for so far off
     halvings: int = 0
@@ -80,29 +82,44 @@ class Search:
         sizes = mass + np.linspace(-1, 1, 5) * (0.25 if last else 0.5)
         walks = self.walks + 1 if moved else 0
         return Search(
-            some, sizes, some, modes, SEATS if last else SEATS[::2], reach, walks, halvings, last
+            places=some,
+            sizes=sizes,
+            giving=some,
+            modes=modes,
+            seats=SEATS if last else SEATS[::2],
+            widths=WIDTHS if last else WIDTHS[:1],
+            reach=reach,
+            walks=walks,
+            halvings=halvings,
+            last=last,
         )
 
 
 def _family(body, solve, search: Search) -> Family:
     model, own = body.model, body.bare.mesh.volume * body.bare.material.density
-    radius = lump_radius(own * np.exp(np.mean(search.sizes)))
+    radii = lump_radius(own * np.exp(np.mean(search.sizes))) * np.array(search.widths)
     factor = factorize(model.stiffness[model.free][:, model.free])
-    pushes = lump_operator(model, search.giving, radius)[:, model.free].T.toarray()
-    static = np.zeros((3 * len(model.points), pushes.shape[1]))
-    static[model.free] = factor.solve(pushes)
     basis = [body.modes.shapes.reshape(-1, body.modes.shapes.shape[2]), *search.modes]
-    basis = reduced_basis([*basis, static[:, np.linalg.norm(static, axis=0) > 0]], model.mass)
+    for radius in radii:
+        pushes = lump_operator(model, search.giving, radius)[:, model.free].T.toarray()
+        static = np.zeros((3 * len(model.points), pushes.shape[1]))
+        static[model.free] = factor.solve(pushes)
+        basis.append(static[:, np.linalg.norm(static, axis=0) > 0])
+    basis = reduced_basis(basis, model.mass)
     K, r = basis.T @ (model.stiffness @ basis), basis.shape[1]
-    at = (lump_operator(model, search.places, radius) @ basis).reshape(len(search.places), 3, r)
+    at = [
+        (lump_operator(model, search.places, radius) @ basis).reshape(len(search.places), 3, r)
+        for radius in radii
+    ]
     gravity = body.case.takes[0].gravity
     down = None if gravity is None else gravity / max(np.linalg.norm(gravity), 1e-300)
 
     def matrices(theta):
         """Of the body and the lump's own three displacements, on springs between them."""
         along = np.outer(down, down) if theta[1] else np.eye(3)
-        N, spring = along @ at[int(theta[0])], radius / np.exp(theta[2])
-        inertia = own * np.exp(theta[3]) * (along + STILL * (np.eye(3) - along))
+        width = int(theta[2])
+        N, spring = along @ at[width][int(theta[0])], radii[width] / np.exp(theta[3])
+        inertia = own * np.exp(theta[4]) * (along + STILL * (np.eye(3) - along))
         stiffness = np.block(
             [[K + spring * N.T @ N, -spring * N.T], [-spring * N, spring * np.eye(3)]]
         )
@@ -110,21 +127,22 @@ def _family(body, solve, search: Search) -> Family:
 
     def report(theta, youngs_modulus):
         place = search.places[int(theta[0])]
-        return {"mass": own * np.exp(theta[3]), "position": place.tolist()}
+        return {"mass": own * np.exp(theta[4]), "position": place.tolist()}
 
     def weight(theta, gravity):
-        return np.r_[np.zeros(r), own * np.exp(theta[3]) * gravity]
+        return np.r_[np.zeros(r), own * np.exp(theta[4]) * gravity]
 
     def nearer(theta):
-        return _family(body, solve, search.around(body, solve, int(theta[0]), theta[3]))
+        return _family(body, solve, search.around(body, solve, int(theta[0]), theta[4]))
 
-    hangs, seats = range(1 if down is None else 2), np.log(search.seats)
-    grid = np.array(list(product(range(len(search.places)), hangs, seats, search.sizes)))
-    low = np.array([0, 0, np.log(SEATS[0]), np.log(1e-4)])
-    high = np.array([len(search.places) - 1, 1, np.log(SOFTEST), np.log(HEAVIEST)])
+    places, hangs = range(len(search.places)), range(1 if down is None else 2)
+    widths, seats = range(len(radii)), np.log(search.seats)
+    grid = np.array(list(product(places, hangs, widths, seats, search.sizes)))
+    low = np.array([0, 0, 0, np.log(SEATS[0]), np.log(1e-4)])
+    high = np.array([len(places) - 1, 1, len(radii) - 1, np.log(SOFTEST), np.log(HEAVIEST)])
     return Family(
         np.hstack([basis, np.zeros((len(basis), 3))]), matrices, grid, low, high, report, weight,
-        frozen=2, unknowns=4, nearer=None if search.last else nearer, size=lambda theta: theta[3],
+        frozen=3, unknowns=4, nearer=None if search.last else nearer, size=lambda theta: theta[4],
         choices=1 if search.modes and not search.last else 10,
     )  # fmt: skip
 
