@@ -19,7 +19,7 @@ from .side_by_side import in_step_by_halves
 from .simulate import COARSE
 from .timefit import best_fit, extend, misfits, walked
 
-RUNNERS = 4  # starting places of an effect that are fitted
+RUNNERS = 2  # starting places of an effect that are fitted
 HALF = 0.5  # share of the record up to which all go
 HORIZONS = (0.15, 0.3, HALF, 0.7, 1.0)  # shares of the fitted part: a phase must not slip
 PERIODS = 2.0  # of the first mode that a share must hold

@@ -476,10 +476,6 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="what shows late is not judged by half of the record",
         ),
         pytest.param(
-            "dry_friction", 14191, {"dry_friction"}, 1.2,
-            id="of a strong rub the two most promising starts both lead astray",
-        ),
-        pytest.param(
             "aliasing", 61503, {"aliasing"}, 1.2,
             id="a fold near nought looks heavily damped",
         ),
