@@ -9,6 +9,7 @@ from .data import RingDown, poles
 from .effects.further_mode import further_mode, heard_anew, is_a_mode, is_further, pitch_of
 from .harmonic_inversion import invert
 from .law import TimeFit
+from .linear_part import instants
 from .match import ACROSS, HARMONIC, SPLIT, Match, is_driven, mac
 from .refit import without
 from .residual import QUIET, bic
@@ -52,13 +53,16 @@ def with_further(
     for attempt in range(ROUNDS):
         if found.chi2 < QUIET * found.samples:
             break
-        effects = []
+        effects, known = [], {}
         for take, index in enumerate(found.law.fitted):
             all_told = (
                 _told(found, take, match, body, rings[index]) if rings and not attempt else []
             )
             heard = all_told or _poles(found, take, match, body)
-            effects += [further_mode(f, z, found.law.loaded_alike(take)) for f, z in heard]
+            before = known.setdefault(found.law.pitch[index], [])  # heard in another take
+            new = [(f, z) for f, z in heard if all(abs(np.log(f / g)) > APART for g in before)]
+            before += [f for f, _ in new]
+            effects += [further_mode(f, z, found.law.loaded_alike(take)) for f, z in new]
         if not effects:
             break
         wider = _worth_it(found, effects, len(found.law.effects) - after)
@@ -127,8 +131,7 @@ def _staying(found: TimeFit, effects: list, at: int) -> tuple[TimeFit, int]:
         return best, count
     again = _fitted(found, anew, at)
     pitches = [pitch_of(e, theta[0]) for e, theta in zip(anew, again.theta[at:], strict=False)]
-    known = [f for take in range(len(found.law.fitted))
-             for f in _pitches(again.law, again.parameters, take)]  # fmt: skip
+    known = [f for take in range(len(found.law.fitted)) for f in again.pitches(take)]
 
     def stays(e, theta):
         f = pitch_of(e, theta)
@@ -170,7 +173,7 @@ def _told(
             QUIETLY, min(LOUDEST, 1 + LEFT * np.nanmean(unmatched[part][:, on] ** 2))
         ):
             return []
-    own = _pitches(law, found.parameters, take)
+    own = found.pitches(take)
     paired, pair = law.setting.paired, law.setting.pair
     loaded = bool(data.take.loads) and len({law.pitch[i] for i in law.fitted}) > 1
     lowest = LOWEST * own[0] * body.modes.frequency[0] / body.modes.frequency[match.modes[0]]
@@ -228,8 +231,12 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
     left = (data.values - found.predicted[index])[data.fit][:, on]
     if np.isfinite(left).all(axis=1).sum() < 24:
         return []
-    ring = invert(data.time[data.fit], left, noise=data.sigma[on], max_modes=MOST)
-    own = _pitches(law, found.parameters, take)
+    time = instants(law, found.theta, data)[0][data.fit]
+    for most in (MOST, MOST // 2):  # so many close together may hide one another
+        ring = invert(time, left, noise=data.sigma[on], max_modes=most)
+        if len(ring.frequency):
+            break
+    own = found.pitches(take)
     scale = own[0] / body.modes.frequency[match.modes[0]]
     known = list(own)
     pair = own[law.setting.pair]
@@ -277,12 +284,6 @@ def damps_alike(f: float, z: float, own: np.ndarray, damping_ratio: np.ndarray) 
     usual, steep = np.median(damping_ratio), np.median(damping_ratio / own)
     most = max(ALIKE[1] * usual, min(STEEPER * steep * f, LIVELY))
     return bool(ALIKE[0] * usual < z < most)
-
-
-def _pitches(law, p: np.ndarray, take: int) -> np.ndarray:
-    """(K,) Hz of the modes in a fitted take."""
-    at = 2 * law.modes * law.pitch[law.fitted[take]]
-    return np.exp(p[at : at + law.modes])
 
 
 def _clear(f: float, known: list, beyond_doubt: bool) -> bool:

@@ -12,6 +12,7 @@ from .channels import Channels
 from .compare import PITCH_FLOOR, SHAPE_FLOOR, Hypothesis, Measured, compare, rematched
 from .diagnosis import Verdict
 from .effects import relaxation, split_modes
+from .effects.aliasing import is_folded, unfolded
 from .effects.further_mode import is_a_mode, is_further, pitch_of
 from .elasticity import gravity_force, static
 from .joint import Heard
@@ -21,6 +22,7 @@ from .tell import as_fitted, inflation, parameters
 
 UNSURE = 2.0  # of a pitch's standard deviation, by which it is off: a faint pole may be two modes
 LOUD = 0.3  # of the strongest mode's motion, rms, from which one that was not matched counts
+BESIDE = 0.1  # relative, of a computed pitch, that a mode may have without a fold
 OWN = 0.4  # likeness to a computed mode from which a fainter one does too
 UNSEEN = 0.05  # of the most that a mode moves: one that moves less, where it is seen, is not known
 CHANCE = 0.05  # that a motion that is none of a body's modes moves as one of them
@@ -49,7 +51,8 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     final = verdict.final
     data = final.law.takes[final.law.fitted[0]]
     body = heard.body
-    further = _of_the_body(further_modes(verdict), body.seen(data), heard)
+    further = [_unfolded(one, body.seen(data), heard, final) for one in further_modes(verdict)]
+    further = _of_the_body(further, body.seen(data), heard)
     model_error = sigma[list(heard.match.modes)]
     model_error = np.r_[model_error, np.full(len(further), sigma.max())]
     at = [*range(final.law.modes), *(one.at for one in further)]
@@ -165,6 +168,20 @@ def further_modes(verdict: Verdict) -> list[FurtherMode]:
             out.append(FurtherMode(f, float(theta[0][1]), real, swing, loud, at))
         at += theta.shape[1]
     return out
+
+
+def _unfolded(one: FurtherMode, seen: np.ndarray, heard: Heard, final: TimeFit) -> FurtherMode:
+    """The mode at the pitch of which it shows the fold, where a computed mode (m, C) says so."""
+    data, frequency = final.law.takes[final.law.fitted[0]], heard.body.modes.frequency
+    own = frequency * true_frequency(heard, final)[0] / frequency[heard.match.modes[0]]
+    free = [j for j in range(len(own)) if j not in heard.match.modes]
+    folds = [j for j in free if is_folded(one.frequency, own[j], 1 / data.frame)]
+    alike = {j: likeness(one.shape, seen, frequency, j) for j in free}
+    near = [alike[j] for j in free if abs(np.log(one.frequency / own[j])) < BESIDE]
+    best = max(folds, key=alike.get, default=None)
+    if best is None or alike[best] < max([OWN, *near]):
+        return one
+    return replace(one, frequency=unfolded(one.frequency, own[best], 1 / data.frame))
 
 
 def _of_the_body(further: list[FurtherMode], seen: np.ndarray, heard: Heard) -> list[FurtherMode]:

@@ -88,6 +88,11 @@ class TimeFit:
         """(K,) Hz natural, of the first condition"""
         return np.exp(self.parameters[: self.law.modes])
 
+    def pitches(self, take: int) -> np.ndarray:
+        """(K,) Hz of the modes in the fitted take of that number."""
+        at = 2 * self.law.modes * self.law.pitch[self.law.fitted[take]]
+        return np.exp(self.parameters[at : at + self.law.modes])
+
     @property
     def damping_ratio(self) -> np.ndarray:
         """(K,)"""

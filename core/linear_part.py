@@ -23,11 +23,8 @@ NEARER = 0.5  # of their distance, at most, that two modes' pitches may come nea
 def march(law: Law, unpacked, data: Channels):
     """u, u' (B, T, K), the columns (B, T, q), the delays (B, C, T) or None."""
     omega, zeta, start, thetas = unpacked
-    time = np.broadcast_to(data.time, (len(omega), len(data.time)))
+    time = np.broadcast_to(instants(law, thetas, data), (len(omega), len(data.time)))
     pairs = list(zip(law.effects, thetas, strict=True))
-    for effect, theta in pairs:
-        if effect.clock:
-            time = np.maximum(effect.clock(theta, law.setting, time, data.take), 0)
     forces = [(e, th) for e, th in pairs if e.acceleration or e.force]
     u, v, traces = swing(omega, zeta, start, time, forces, law.setting)
     # modes above those that were measured answer a force at once, in a shape of their own
@@ -39,6 +36,15 @@ def march(law: Law, unpacked, data: Channels):
             own = effect.columns_in(data.take) if effect.columns_in else effect.columns
             columns.append((effect, own(theta, law.setting, time, u)))
     return u, v, columns, delays(law, thetas, data)
+
+
+def instants(law: Law, thetas, data: Channels) -> np.ndarray:
+    """(B, T) s, when each sample was taken as the effects have it."""
+    time = np.broadcast_to(data.time, (len(thetas[0]) if thetas else 1, len(data.time)))
+    for effect, theta in zip(law.effects, thetas, strict=True):
+        if effect.clock:
+            time = np.maximum(effect.clock(theta, law.setting, time, data.take), 0)
+    return time
 
 
 def delays(law: Law, thetas, data: Channels) -> np.ndarray | None:

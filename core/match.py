@@ -17,10 +17,13 @@ STEADY = 0.1  # nepers over the record, at most, of what something drives
 DYING = 1.0  # nepers that what is let go falls by, at least, beside it
 HEARD = 0.1  # of the loudest pole at the release: what dies more faintly than that tells nothing
 SPLIT = 0.15  # relative, up to which a degenerate pair is one that `split_modes` parts
+TURNED = 0.1  # relative, of two computed modes that a body which is a little other turns so
 PARTED = 0.006  # relative, of a computed pair: less may be what meshing makes of one pitch
 ACROSS = 0.3  # MAC below which two motions have other directions
 CREEPING = 0.25  # damping ratio from which a pole is a mean that wanders, and no fold
 ALIKE = 2.0  # ratio of damping ratios of two modes of one body, less than which is usual
+UNLIKE = 8.0  # the same, more than which is none
+SURE = 0.7  # likeness in shape from which a mode is known by its fold
 FOLDED = 5.0  # likeness in shape that one of relative pitch weighs, for a folded mode
 LEAST = 0.35  # likeness, less the difference in pitch, from which a mode is known
 HARMONIC = 0.04  # relative distance below which a pole is an overtone of a nonlinear mode
@@ -42,9 +45,14 @@ def mac(a: np.ndarray, b: np.ndarray) -> float:
     return float((a @ b) ** 2 / power) if power > 0 else 0.0
 
 
-def likeness(shape: np.ndarray, modes: np.ndarray, frequency: np.ndarray, j: int) -> float:
-    """MAC of `shape` (C,) with mode j of `modes` (m, C), or with the pair that j belongs to."""
-    pair = modes[np.abs(frequency / frequency[j] - 1) < PAIR]
+def likeness(
+    shape: np.ndarray, modes: np.ndarray, frequency: np.ndarray, j: int, apart: float = PAIR
+) -> float:
+    """MAC of `shape` (C,) with mode j of `modes` (m, C), or with the pair that j belongs to.
+
+    `apart`: how far, relatively, the other one may lie.
+    """
+    pair = modes[np.abs(frequency / frequency[j] - 1) < apart]
     q, _ = np.linalg.qr(pair.T)
     return float(((q.T @ shape) ** 2).sum() / (shape @ shape))
 
@@ -109,6 +117,14 @@ def match_modes(
     frequencies, weighted by strength, wins. Overtones and same-shape companions of a stronger
     pole are no modes of the body.
     """
+    answer = _matched(ring, chase, frequency, shapes, rate, PAIR)
+    if None in answer.modes:  # two that lie near may have turned into one another
+        answer = _matched(ring, chase, frequency, shapes, rate, TURNED)
+    return answer
+
+
+def _matched(ring, chase, frequency, shapes, rate, apart) -> Match:
+    """`match_modes` where modes `apart` may have turned into one another."""
     order, measured, strength = chase
     heard = [
         (ring.frequency[k], shape, ring.damping_ratio[k])
@@ -116,7 +132,7 @@ def match_modes(
     ]
     best, answer = -np.inf, Match((order[0],), (None,))
     for first in range(min(len(frequency), 8)):
-        alike = likeness(measured[0], shapes, frequency, first)
+        alike = likeness(measured[0], shapes, frequency, first, apart)
         if alike < 0.5:
             continue
         scaled = frequency * (heard[0][0] / frequency[first])
@@ -157,7 +173,8 @@ def _partner(one, taken, modes, computed):
             j: alike[j] - FOLDED * abs(unfolded(f, frequency[j], rate) / frequency[j] - 1)
             for j in free
             if is_folded(f, frequency[j], rate)
-            and (z < CREEPING or _damped_alike(one, unfolded(f, frequency[j], rate), taken[0]))
+            and alike[j] > SURE
+            and _damped_alike(one, unfolded(f, frequency[j], rate), taken[0])
         }
     found = max(plain, key=plain.get, default=None)
     if found is None or plain[found] <= LEAST:
@@ -177,10 +194,10 @@ def _is_combined(f: float, pitches: list[float]) -> bool:
 
 def _damped_alike(one, pitch: float, first) -> bool:
     """Whether a pole seen at a fold of `pitch` dies as fast as a mode there that is damped as the
-    first one: near nought a fold looks heavily damped.
+    first one: near nought a fold looks heavily damped, as a mean that wanders does.
     """
     f, _, z = one
-    return abs(np.log(z * f / pitch / first[2])) < np.log(ALIKE)
+    return abs(np.log(z * f / pitch / first[2])) < np.log(ALIKE if z > CREEPING else UNLIKE)
 
 
 def _may_pair(one, j: int, taken, modes, frequency: np.ndarray) -> bool:

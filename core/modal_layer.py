@@ -159,13 +159,14 @@ def _moved(theta: np.ndarray, i: int, by: float) -> np.ndarray:
 
 
 def _best_choices(family: Family, costs: np.ndarray) -> list[np.ndarray]:
-    """The best grid points of the few best choices (places, forms), that of the grid's first point
-    among them.
+    """The best grid points of the few best choices (places, forms), and that of the grid's first
+    place.
     """
-    best, first = {}, tuple(family.grid[0][: family.frozen])
+    best = {}
     for i in np.argsort(costs):
         best.setdefault(tuple(family.grid[i][: family.frozen]), family.grid[i].astype(float))
     few = list(best)[: family.choices]
+    first = next(one for one in best if one[:1] == tuple(family.grid[0][: family.frozen][:1]))
     return [best[one] for one in dict.fromkeys([*few, first])]
 
 

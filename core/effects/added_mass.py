@@ -18,13 +18,16 @@ from scipy.linalg import block_diag
 from ..data import Load
 from ..elasticity import add_loads, lump_operator, lump_radius, surface_quadrature
 from ..factorization import factorize
+from ..nearest import nearest_face
 from .base import Effect, Family, Parameter, reduced_basis
 
 PLACES = 40  # on the surface, far apart
 RESPONSES = 10  # of them whose local give is in the basis
 NEAR = 12  # places around the best one, where it is looked for again
 WALKS = 3  # times at most that it is looked for as far off, before half as far
-HALVINGS = 2  # of how far that is, before the last look around
+HALVINGS = 4  # at most of how far that is, before the last look around
+CLOSE = 0.15  # of its patch's radius, nearer than which it need not be looked for
+AROUND = 24  # directions in which it is looked for there
 WIDTHS = (1.0, 2.0)  # of its patch over a ball of steel's; a narrower one gives more
 SEATS = (0.01, 0.5, 1.5, 3.0)  # give of the seat, over that of the modulus times the patch's radius
 SOFTEST = 5.0  # of them
@@ -44,9 +47,9 @@ def families(body, solve):
     How wide a lump sits, and so how much gives under it, is no part of the answer, but what it may
     be widens the answer's interval.
     """
-    places = _spread(body.case.surface.vertices, PLACES)
     sizes = np.log(np.geomspace(2e-3, 2.0, 8))
     reach = np.sqrt(surface_quadrature(body.model)[2].sum() / PLACES)
+    places = _spread(_scattered(body.case.surface, reach), PLACES)
     search = Search(places, sizes, places[:RESPONSES], (), SEATS[:1], WIDTHS[:1], reach)
     return (_family(body, solve, search),)
 
@@ -71,10 +74,9 @@ class Search:
         centre, own = self.places[place], body.bare.mesh.volume * body.bare.material.density
         moved = (place > 0 or not self.modes) and self.walks < WALKS
         reach, halvings = self.reach / (1 if moved else 2), self.halvings + (not moved)
-        gap = np.linalg.norm(body.case.surface.vertices - centre, axis=1)
-        around = body.case.surface.vertices[(gap <= reach) & (gap > 0)]
-        last = halvings > HALVINGS or not len(around)
-        some = np.vstack([centre, *([_spread(around, NEAR)] if len(around) else [])])
+        around = _around(body.case.surface, centre, reach)
+        last = halvings > HALVINGS or reach < CLOSE * lump_radius(own * np.exp(mass))
+        some = np.vstack([centre, _spread(around, NEAR)]) if len(around) else centre[None]
         modes = self.modes
         if place > 0 or not modes:
             heavy = change_model(body.model, (own * np.exp(mass), *centre))
@@ -145,6 +147,31 @@ def _family(body, solve, search: Search) -> Family:
         frozen=3, unknowns=4, nearer=None if search.last else nearer, size=lambda theta: theta[4],
         choices=1 if search.modes and not search.last else 10,
     )  # fmt: skip
+
+
+def _around(surface, centre: np.ndarray, reach: float) -> np.ndarray:
+    """(n, 3) m, points of the surface in all directions from one of them, `reach` off and half."""
+    turn = np.arange(AROUND) * np.pi * (3 - np.sqrt(5))  # a Fibonacci sphere
+    height = 1 - (2 * np.arange(AROUND) + 1) / AROUND
+    level = np.sqrt(1 - height**2)
+    way = np.column_stack([level * np.cos(turn), level * np.sin(turn), height])
+    off = centre + reach * np.vstack([way, way / 2])
+    face, weights, _ = nearest_face(off, surface.vertices, surface.faces)
+    points = np.einsum("nk,nki->ni", weights, surface.vertices[surface.faces[face]])
+    vertices = surface.vertices[np.linalg.norm(surface.vertices - centre, axis=1) <= reach]
+    points = np.unique(np.vstack([points, vertices]), axis=0)
+    return points[np.linalg.norm(points - centre, axis=1) > reach / 4]
+
+
+def _scattered(surface, apart: float) -> np.ndarray:
+    """(n, 3) m, all vertices, and what lies between them `apart` m or more."""
+    points = [surface.vertices]
+    for triangle in surface.vertices[surface.faces]:
+        longest = np.linalg.norm(triangle - np.roll(triangle, 1, axis=0), axis=1).max()
+        n = max(int(np.ceil(longest / apart)), 1)
+        i, j = np.array([(i, j) for i in range(n + 1) for j in range(n + 1 - i)]).T / n
+        points.append(np.column_stack([i, j, 1 - i - j]) @ triangle)
+    return np.unique(np.vstack(points), axis=0)
 
 
 def _spread(vertices: np.ndarray, count: int) -> np.ndarray:

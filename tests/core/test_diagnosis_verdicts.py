@@ -610,3 +610,29 @@ def test_a_trifle_in_time_does_not_hide_what_the_sag_says(tmp_path):
     assert report["diagnosis"]["effects"][0]["name"] == "clock"
     modulus = report["youngs_modulus"]["material"]["value"]
     assert abs(modulus / truth["youngs_modulus"] - 1) < 0.03
+
+
+@pytest.mark.slow
+def test_modes_that_a_loaded_take_alone_leaves_are_no_effect(tmp_path):
+    make("null", 109885, tmp_path)  # four of them, heavily damped, within a tone
+    assert calibrate_case(tmp_path / "case.toml").report["diagnosis"]["verdict"] == "adequate"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "seed"),
+    [
+        ("poisson_ratio", 109880),  # two near modes turn into one another
+        ("aliasing", 109883),  # a mode that was not matched is folded, too
+        ("base_motion", 109881),  # a line of the camera's lies where a fold would
+        ("lost_frames", 109883),  # a mode shows once the jump is known, and not in even steps
+        ("added_mass", 109881),  # on a rim, between the surface's vertices
+    ],
+)
+def test_what_is_planted_is_named_alone_with_nothing_left(kind, seed, tmp_path):
+    truth = make(kind, seed, tmp_path)
+    report = calibrate_case(tmp_path / "case.toml").report
+    assert [e["name"] for e in report["diagnosis"]["effects"]] == [kind]
+    assert report["diagnosis"]["verdict"] == "explained"
+    modulus = report["youngs_modulus"]["material"]["value"]
+    assert abs(modulus / truth["youngs_modulus"] - 1) < 0.03

@@ -10,7 +10,7 @@ from scipy.linalg import block_diag, eigh
 from core.compare import Measured, compare
 from core.data import Material
 from core.effects import added_mass, compliant_pin, graded_stiffness, poisson_ratio
-from core.elasticity import assemble, hold, lump_operator, lump_radius, surface_quadrature
+from core.elasticity import assemble, hold, lump_operator, lump_radius
 from core.findings import DOUBT, _chance
 from core.further import damps_alike
 from core.ground import parted
@@ -88,11 +88,7 @@ def test_a_lump_is_found_where_it_sits_however_soft_its_seat_is(place):
         surface.vertices[:, 0] < 1e-9,
     )
     modes = solve_modes(model, 16)
-    skin = (surface_quadrature(model)[0] @ model.points.ravel()).reshape(-1, 3)  # many places
-    skin = np.vstack([place, skin])
-    case = SimpleNamespace(
-        surface=SimpleNamespace(vertices=skin), takes=[SimpleNamespace(gravity=None)]
-    )
+    case = SimpleNamespace(surface=surface, takes=[SimpleNamespace(gravity=None)])
     corners = np.random.default_rng(7).choice(len(model.points), 12, replace=False)
     one = SimpleNamespace(
         model=model, modes=modes, case=case, bare=model,
@@ -112,7 +108,7 @@ def test_a_lump_is_found_where_it_sits_however_soft_its_seat_is(place):
     families = added_mass.families(one, lambda m, n: improved(m, first[:, :n]))
     found = _fit(added_mass.EFFECT, families, ground)
     assert found.told["mass"] == pytest.approx(mass, rel=0.08)
-    assert np.linalg.norm(found.told["position"] - x) < 1e-9
+    assert np.linalg.norm(found.told["position"] - x) < 0.2 * lump_radius(mass)
     assert found.hypothesis.modulus == pytest.approx(young, rel=0.02)
 
 
