@@ -171,9 +171,17 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     able = [*able, *passed_over(start, able, declared)]
     both = _by_two(chain, (able, ranked, strong), over, widen)
     told = both.verdict == "explained" and not owes(both.final, declared)
+    if alone and _is_read_off(both) and not _is_read_off(alone):
+        return alone
     if told and alone and not owes(alone.final, declared):  # all that one leaves, or nothing
         told = _does_more(both, alone)
     return both if alone is None or told else alone
+
+
+def _is_read_off(verdict: Verdict) -> bool:
+    """Whether all of its effects are read off the record: so free, two of them tell anything."""
+    effects = verdict.final.law.effects
+    return all(e.free for e in effects if e.name in {c.names[-1] for c in verdict.effects})
 
 
 def _loud(alone: Verdict) -> bool:

@@ -243,7 +243,9 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
     usual = np.median(found.damping_ratio)
     seen = body.seen(data)[:SPAN, on]
     q, _ = np.linalg.qr(seen.T)
-    free = [j for j in range(len(seen)) if j not in match.modes]
+    pairs = zip(match.modes, found.shapes[:, on], strict=True)
+    there = [j for j, s in pairs if j >= SPAN or mac(s, seen[j]) > ACROSS]  # no matter what it was
+    free = [j for j in range(len(seen)) if j not in there]
     out = []
     for f, z, amplitude in zip(ring.frequency, ring.damping_ratio, ring.amplitude, strict=True):
         shape = real_shapes(amplitude[None])[0][0]

@@ -1,4 +1,4 @@
-"""A fit's effects left out, put in another order, or one put in another's place."""
+"""A fit's effects left out, put in another order, or one put in another's place; less damping."""
 
 from dataclasses import replace
 
@@ -6,8 +6,9 @@ import numpy as np
 
 from .effects.base import Effect
 from .law import Law, TimeFit
-from .timefit import fit, misfits
+from .timefit import as_it_stands, fit, misfits
 
+LESS = 6.0  # times, that a damping ratio may be too large for what damps besides
 MOVED = 3  # of one whose effects were put in another order
 
 
@@ -69,3 +70,13 @@ def instead(found: TimeFit, effect: Effect) -> TimeFit | None:
     if misfits(law, starts)[0] >= found.chi2:
         return None
     return fit(law, starts[0], evaluations=2)
+
+
+def lighter(found: TimeFit) -> TimeFit:
+    """The fit as it stands where a mode that is damped far more than another one is less so."""
+    p, K = found.parameters.copy(), found.law.modes
+    for at in range(K, found.law.sizes()[0], 2 * K):
+        z = p[at : at + K]
+        least = z.min() if K > 1 and found.law.damping == "free" else 0.0
+        p[at : at + K] = np.maximum(least, z / LESS)
+    return as_it_stands(found.law, p)

@@ -13,7 +13,7 @@ from .effects import DAMPING, MODAL_EFFECTS, perspective
 from .effects.base import Setting
 from .joint import Heard
 from .law import TimeFit, unpack
-from .match import likeness
+from .match import ACROSS, likeness
 from .report import estimate, estimate_of
 from .residual import errors, noise_share
 
@@ -49,6 +49,8 @@ def told_modes(heard: Heard, found: TimeFit, modulus: float, true: np.ndarray) -
         spread = SURE * f * fold * sigma[k], SURE * fold * sigma[K + k]
         j = heard.match.modes[k]
         mac = None if j is None else likeness(found.shapes[k], seen, body.modes.frequency, j)
+        if mac is not None and mac < ACROSS:  # it has become another one
+            j = mac = None
         computed = None if j is None else body.modes.frequency[j] * np.sqrt(modulus)
         out.append(
             {

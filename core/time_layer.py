@@ -19,7 +19,7 @@ from .law import TimeFit
 from .pair import crossed
 from .race import Try, ended, race, worth
 from .read_off import read_off
-from .refit import swapped
+from .refit import lighter, swapped
 from .residual import NOISY, bic, misfit
 from .side_by_side import in_step_by_halves
 from .timefit import fit, screen
@@ -180,9 +180,7 @@ def stands_in(candidate: Candidate, others: list[Candidate]) -> bool:
 
 def _again(asked: list) -> list[list[Candidate]]:
     """The candidates of each (candidates, tries, fit to compare with); the best one of all, or a
-    better one of its effect from all its strengths on the whole record.
-
-    Two modes close together make a short part of it look like what it is not.
+    better one of its effect, sought anew.
     """
     out, tries = [ranked for ranked, _, _ in asked], []
     least = min((ranked[0].found.chi2 for ranked in out if ranked), default=0.0)
@@ -193,17 +191,25 @@ def _again(asked: list) -> list[list[Candidate]]:
         if best.found.chi2 < NOISY * best.found.samples:
             continue
         effect = best.found.law.effects[-1]
-        tries += [
-            (n, replace(one, runners=len(one.begins), horizons=(1.0,)))
-            for one in chosen
-            if one.effect is effect and effect.marched
-        ]
+        for one in chosen:
+            if one.effect is effect and effect.marched:
+                tries += [(n, other) for other in _anew(one)]
     done = _tried([one for _, one in tries])
     for (n, _), (_, found, plainer) in zip(tries, done, strict=True):
         best = out[n][0]
         if found is not None and not plainer and found.chi2 <= BETTER * best.found.chi2:
             other = judge(best.names, found, asked[n][2])
             out[n] = [max(best, other, key=lambda c: c.evidence), *out[n][1:]]
+    return out
+
+
+def _anew(one: Try) -> list[Try]:
+    """The search from all strengths on the whole record, for two modes close together make a short
+    part of it look like what it is not; and from where the damping is less, if the effect damps.
+    """
+    out = [replace(one, runners=len(one.begins), horizons=(1.0,))]
+    if one.effect.damps and one.start.law.damping != "none":
+        out.append(replace(one, start=lighter(one.start)))
     return out
 
 

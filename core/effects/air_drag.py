@@ -34,6 +34,7 @@ def report(theta, setting, shape):
 EFFECT = Effect(
     name="air_drag",
     layer="time",
+    damps=True,
     parameters=(Parameter("coefficient", "kg/m3", 0.0, 1e5),),
     twins=("dry_friction",),
     settle="film a take of twice the amplitude, or one with a card fixed to the object",

@@ -36,6 +36,7 @@ def report(theta, setting, shape):
 EFFECT = Effect(
     name="dry_friction",
     layer="time",
+    damps=True,
     parameters=(Parameter("force", "N", 0.0, 1e3),),
     twins=("air_drag",),
     settle="film until it stands still, and once with the suspected place lifted or oiled",
