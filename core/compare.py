@@ -23,7 +23,7 @@ MIXED = 0.1  # relative distance up to which two computed modes may turn into on
 MIXING = 0.01  # half of the stiffness that a body may be off by, relatively: over that distance it
 # is the share by which they do
 LIKE = 0.4  # MAC from which a computed mode may be a measured one
-FIRST = 4  # of the lowest computed modes, that the first measured one may be
+FIRST = 3  # of the lowest computed modes, that the first measured one may be
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +74,7 @@ def compare(measured: Measured, values, shapes, unit=None) -> Hypothesis | None:
     own = np.sqrt(np.maximum(values, 1e-300)) / (2 * np.pi)
     best = None
     alike = _alike(measured.shapes, shapes, own)
-    for first in range(min(len(own), FIRST)):
+    for first in np.flatnonzero(own <= own[:FIRST][-1] * (1 + MIXED)):  # near ones change places
         partners = _partners(measured, own, alike, first)
         if partners is not None:
             most = np.inf if best is None else best.chi2

@@ -46,6 +46,8 @@ class Findings:
     # effects in time that the found change of the body makes needless
     instead: tuple[str, ...] = ()
     mesh_pitch: dict | None = None  # computed mode -> Hz at 1 Pa with the effect
+    # computed mode -> least and most Young's modulus over the best, as far as the effect is known
+    moduli: dict | None = None
     stiffer: float = 1.0  # dynamic over static stiffness of the first mode
     stiffest: float = 1.0  # the same at most, where that is in doubt
     minor: tuple = ()  # (name, share of the motion) of the camera's effects that are too small
@@ -53,6 +55,10 @@ class Findings:
     def mesh_frequency(self, own: float, j: int) -> float:
         """Hz at 1 Pa of computed mode j with the found effect of the body in it."""
         return own if not self.mesh_pitch else self.mesh_pitch.get(j, own)
+
+    def modulus_span(self, j: int) -> tuple[float, float]:
+        """The least and the most Young's modulus over the best one, by computed mode j's pitch."""
+        return (1.0, 1.0) if not self.moduli else self.moduli.get(j, (1.0, 1.0))
 
     def budget(self, shares: dict[str, float]) -> dict[str, float]:
         """The time layer's budget with the energy that the declared body's own error adds."""
@@ -161,6 +167,9 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         misfit=misfit,
         instead=("split_modes",) if mended else (),  # a changed body parts its own pairs
         mesh_pitch=_mesh_pitch(best, heard, stiff),
+        moduli={
+            j: (low, high) for j, low, high in zip(heard.match.modes, *best.moduli, strict=False)
+        },
     )
 
 
@@ -226,7 +235,7 @@ def _may_be_nothing(suspect: Suspect) -> bool:
     if suspect.effect.nothing is None:
         return False
     name, value = suspect.effect.nothing
-    values = [report[name] for _, report in suspect.near]
+    values = [report[name] for _, report, _ in suspect.near]
     return min(values) < value < max(values)
 
 
@@ -244,7 +253,7 @@ def _told(best: Suspect, ranked: list[Suspect]) -> dict:
 def _parameters(one: Suspect) -> dict:
     """Value and the range over the 95 % region, widened by how far real things keep to the law."""
     value = one.told
-    others = [report for _, report in one.near]
+    others = [report for _, report, _ in one.near]
     known = {p.name: p for p in one.effect.parameters}
     out = {}
     for name, number in value.items():

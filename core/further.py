@@ -28,6 +28,7 @@ STEEPER = 1.5  # damping ratio over pitch, over the same of the known modes
 LIVELY = 0.25  # damping ratio up to which a mode so far above them may be one
 BODILY = 0.8  # share of its shape within those of the body's low modes
 SPAN = 12  # of them
+OVERTONE = 0.3  # of the swing of a mode, at most, that its overtone has
 NEARLY, SURE = 0.05, 0.9  # of a computed pitch, and MAC: a mode even where an overtone would lie
 QUIETLY = 1.3  # misfit per sample, held out too, up to which a ring-down tells all of a take
 LEFT, LOUDEST = 0.02, 3.0  # the same beside loud modes: of what those leave, and at most
@@ -135,7 +136,8 @@ def _staying(found: TimeFit, effects: list, at: int) -> tuple[TimeFit, int]:
 
     def stays(e, theta):
         f = pitch_of(e, theta)
-        own = e in effects or _clear(f, known + [g for g in pitches if g != f], False)
+        others = known + [g for g in pitches if g != f]
+        own = e in effects or _clear(f, others, False, known[:2])
         return is_one(e, theta) and own
 
     other, more = with_those(anew, again, stays)
@@ -271,7 +273,7 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
                 or any(abs(np.log(f / scale / body.modes.frequency[j])) < NEAR for j in free)
             )
             and not (law.setting.paired and abs(np.log(f / pair)) < TWIN)
-            and _clear(f, known, beyond_doubt)
+            and _clear(f, known, beyond_doubt, _bases(found, take, amplitude, on))
         ):
             out.append((float(f), float(z)))
             known.append(f)
@@ -288,16 +290,25 @@ def damps_alike(f: float, z: float, own: np.ndarray, damping_ratio: np.ndarray) 
     return bool(ALIKE[0] * usual < z < most)
 
 
-def _clear(f: float, known: list, beyond_doubt: bool) -> bool:
-    """Whether a pitch is none of the known ones, nor an overtone or a combination of them that is
-    not `beyond_doubt` a mode of the body too.
+def _bases(found: TimeFit, take: int, amplitude: np.ndarray, on: np.ndarray) -> list[float]:
+    """Hz of those of the first two modes that swing far more than a line with (C,) amplitudes: it
+    may be their overtone.
+    """
+    swing = np.abs(found.motions[take]).max(axis=0) * np.linalg.norm(found.shapes[:, on], axis=1)
+    pairs = zip(found.pitches(take)[:2], swing, strict=False)
+    return [f for f, most in pairs if np.linalg.norm(amplitude) < OVERTONE * most]
+
+
+def _clear(f: float, known: list, beyond_doubt: bool, bases: list) -> bool:
+    """Whether a pitch is none of the known ones, nor an overtone or a combination of the `bases`
+    that is not `beyond_doubt` a mode of the body too.
     """
     if any(abs(np.log(f / k)) < APART for k in known):
         return False
     if beyond_doubt:
         return True
-    overtones = [n * k for n in (2, 3) for k in known[:2]]
-    sums = [abs(a + sign * b) for a in known[:2] for b in known[:2] for sign in (1, -1) if a != b]
+    overtones = [n * k for n in (2, 3) for k in bases]
+    sums = [abs(a + sign * b) for a in bases for b in bases for sign in (1, -1) if a != b]
     return all(abs(f - t) > HARMONIC * f for t in overtones) and all(
         abs(f - t) > HARMONIC / 2 * f for t in sums
     )

@@ -31,7 +31,19 @@ class Suspect:
     told: dict  # the contract's parameters
     evidence: float
     cost: float
-    near: list  # (cost, report) within the 95 % region
+    near: list  # (cost, report, (K,) Hz at 1 Pa) within the 95 % region
+
+    @property
+    def pitches(self) -> np.ndarray:
+        """(K,) Hz at 1 Pa of the computed partners of the measured modes."""
+        return self.hypothesis.frequency / np.sqrt(self.hypothesis.modulus)
+
+    @property
+    def moduli(self) -> tuple[np.ndarray, np.ndarray]:
+        """(K,) each, the least and the most modulus, by each mode's pitch, over the best one."""
+        others = np.array([self.pitches, *(pitches for _, _, pitches in self.near)])
+        span = (self.pitches / others) ** 2
+        return span.min(axis=0), span.max(axis=0)
 
 
 def suspects(ground: Ground, names: list[str]) -> list[Suspect]:
@@ -88,7 +100,7 @@ def _fit(effect: Effect, families: Iterable[Family], ground: Ground) -> Suspect 
         return None
     best = min(ends, key=lambda one: one.cost)
     level = best.cost + _wide(best.hypothesis, ground)
-    return replace(best, near=[(cost, report) for cost, report in told if cost <= level])
+    return replace(best, near=[one for one in told if one[0] <= level])
 
 
 def _wide(found: Hypothesis, ground: Ground) -> float:
@@ -120,7 +132,11 @@ def _best(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
     near = [*tried, *zip(costs, family.grid, strict=True)]
     if family.nearer is None:
         near += [(level, edge) for edge in _edges(look, family, theta, cost + wide)]
-    near = [(c, _report(look, family, t)) for c, t in near if c <= level and look(t)[0] is not None]
+    near = [
+        (c, _report(look, family, t), there.frequency / np.sqrt(there.modulus))
+        for c, t in near
+        if c <= level and (there := look(t)[0]) is not None
+    ]
     return Suspect(effect, found, theta, told, float(evidence), float(cost), near)
 
 

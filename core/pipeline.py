@@ -164,7 +164,9 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
         pitch = pitch * split_modes.middle(final)
         spread = np.hypot(spread, pitch * split_modes.doubt(final))
     found = apparent(pitch / stiffer, spread / stiffer, findings.mesh_frequency(mesh_frequency, j))
-    found = replace(found, low=found.low * findings.stiffer / findings.stiffest)
+    less, more = findings.modulus_span(j)
+    low = found.low * less * findings.stiffer / findings.stiffest
+    found = replace(found, low=low, high=found.high * more)
     real = material(found, stiff[j], sigma[j])
     first = verdict.chain[0][1]
     bare = apparent(true_frequency(heard, first)[k], 0.0, mesh_frequency)
