@@ -6,7 +6,7 @@ from .baseline import real_shapes
 from .data import poles
 from .harmonic_inversion import invert
 from .law import TimeFit
-from .linear_part import instants
+from .linear_part import fitted_instants
 from .match import mac
 from .residual import NOISY
 from .time_layer import Candidate
@@ -47,7 +47,9 @@ def more_modes(declared: TimeFit, strong: list[Candidate]) -> bool:
 def _told_by_modes(declared: TimeFit, take: int, left: np.ndarray) -> float:
     """Misfit that further modes take of what is `left` (n, C) of a fitted take."""
     data = declared.law.takes[declared.law.fitted[take]]
-    on, time = ~data.support, instants(declared.law, declared.theta, data)[0][data.fit]
+    on = ~data.support
+    time, use = fitted_instants(declared.law, declared.theta, data)
+    left = left[use[data.fit]]
     ring = invert(time, left, noise=data.sigma[on], max_modes=MODES)
     shapes, _ = real_shapes(ring.amplitude)
     pitches = declared.pitches(take)

@@ -9,7 +9,7 @@ from .data import RingDown, poles
 from .effects.further_mode import further_mode, heard_anew, is_a_mode, is_further, pitch_of
 from .harmonic_inversion import invert
 from .law import TimeFit
-from .linear_part import instants
+from .linear_part import fitted_instants
 from .match import ACROSS, HARMONIC, SPLIT, Match, is_driven, mac
 from .refit import without
 from .residual import QUIET, bic
@@ -230,10 +230,10 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
     index = law.fitted[take]
     data: Channels = law.takes[index]
     on = ~data.support
-    left = (data.values - found.predicted[index])[data.fit][:, on]
+    time, use = fitted_instants(law, found.theta, data)
+    left = (data.values - found.predicted[index])[use][:, on]
     if np.isfinite(left).all(axis=1).sum() < 24:
         return []
-    time = instants(law, found.theta, data)[0][data.fit]
     for most in (MOST, MOST // 2):  # so many close together may hide one another
         ring = invert(time, left, noise=data.sigma[on], max_modes=most)
         if len(ring.frequency):

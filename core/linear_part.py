@@ -47,6 +47,16 @@ def instants(law: Law, thetas, data: Channels) -> np.ndarray:
     return time
 
 
+def fitted_instants(law: Law, thetas, data: Channels) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) s and (T,) bool: the instants of the samples to be fitted, and which those are, without
+    those at which the time of the effects stands still.
+    """
+    time = instants(law, [theta[:1] for theta in thetas], data)[0]
+    goes_on = time > np.r_[-np.inf, np.maximum.accumulate(time)[:-1]]
+    use = data.fit & goes_on
+    return time[use], use
+
+
 def delays(law: Law, thetas, data: Channels) -> np.ndarray | None:
     """(B, C, T) s, how much after its instant each sample was taken; None where nothing says so."""
     out = None if data.late is None else data.late.T[None]
