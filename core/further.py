@@ -6,7 +6,14 @@ from .baseline import real_shapes
 from .body import Body
 from .channels import Channels
 from .data import RingDown, poles
-from .effects.further_mode import further_mode, heard_anew, is_a_mode, is_further, pitch_of
+from .effects.further_mode import (
+    further_mode,
+    heard_anew,
+    is_a_mode,
+    is_further,
+    of_take,
+    pitch_of,
+)
 from .harmonic_inversion import invert
 from .law import TimeFit
 from .linear_part import fitted_instants
@@ -181,7 +188,7 @@ def _told(
     lowest = LOWEST * own[0] * body.modes.frequency[0] / body.modes.frequency[match.modes[0]]
     apart = np.abs(np.log(ring.frequency[:, None] / own))
     theirs = apart.argmin(axis=0)  # the pole of each mode that is fitted
-    there = _there(found, take)
+    there = [pitch_of(effect, theta) for _, effect, theta in of_take(found, take)]
     out = []
     for n, (f, z, amplitude) in enumerate(
         zip(ring.frequency, ring.damping_ratio, ring.amplitude, strict=True)
@@ -200,17 +207,6 @@ def _told(
         ):
             return []
         out.append((float(f), float(z)))
-    return out
-
-
-def _there(found: TimeFit, take: int) -> list[float]:
-    """Hz of the further modes that a fitted take has."""
-    law, out = found.law, []
-    data = law.takes[law.fitted[take]]
-    for effect, theta in zip(law.effects, found.theta, strict=True):
-        here = effect.channels is None or effect.channels(law.setting, data).any()
-        if is_further(effect) and here:
-            out.append(pitch_of(effect, theta[0]))
     return out
 
 

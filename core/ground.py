@@ -13,7 +13,7 @@ from .compare import PITCH_FLOOR, SHAPE_FLOOR, Hypothesis, Measured, compare, re
 from .diagnosis import Verdict
 from .effects import relaxation, split_modes
 from .effects.aliasing import is_folded, unfolded
-from .effects.further_mode import is_a_mode, is_further, pitch_of
+from .effects.further_mode import is_a_mode, of_take, pitch_of
 from .elasticity import gravity_force, static
 from .joint import Heard
 from .law import TimeFit, replace
@@ -155,18 +155,16 @@ def further_modes(verdict: Verdict) -> list[FurtherMode]:
         return []
     data = law.takes[law.fitted[0]]
     known = np.sqrt(((final.motions[0].std(axis=0)[:, None] * final.shapes) ** 2).sum(axis=1))
-    out, at = [], sum(law.sizes()[:2])
-    for effect, theta, shape in zip(law.effects, final.theta, final.column_shapes(), strict=True):
-        here = effect.channels is None or effect.channels(law.setting, data).any()
-        if here and is_further(effect) and is_a_mode(effect, theta[0]):
-            waves = effect.columns(theta, law.setting, data.time[None], final.motions[0][None])[0]
-            amplitude = shape @ np.array([1, -1j])
-            real = real_shapes(amplitude[None])[0][0]
-            swing = float(waves.std(axis=0).mean())
+    shapes, first = final.column_shapes(), sum(law.sizes()[:2])
+    out = []
+    for i, effect, theta in of_take(final, 0):
+        if is_a_mode(effect, theta):
+            own = final.theta[i], law.setting, data.time[None], final.motions[0][None]
+            swing = float(effect.columns(*own)[0].std(axis=0).mean())
+            real = real_shapes((shapes[i] @ np.array([1, -1j]))[None])[0][0]
             loud = float(swing * np.linalg.norm(real) / known.max())
-            f = pitch_of(effect, theta[0])
-            out.append(FurtherMode(f, float(theta[0][1]), real, swing, loud, at))
-        at += theta.shape[1]
+            at = first + sum(t.shape[1] for t in final.theta[:i])
+            out.append(FurtherMode(pitch_of(effect, theta), float(theta[1]), real, swing, loud, at))
     return out
 
 

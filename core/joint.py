@@ -6,6 +6,7 @@ import numpy as np
 
 from .body import Body, build_body
 from .channels import Channels
+from .conditions import common, first_take, left_out, shift
 from .data import RingDown, replace
 from .declared import with_declared
 from .effects.partner import is_of
@@ -29,7 +30,7 @@ from .residual import NOISY, excess
 from .settle import Recorded, amplitudes, astray, beside, moves_its_way, settle, untied
 from .symmetry import is_even, unevenness
 from .timefit import fit
-from .unheard import NEIGHBOUR, weak_modes
+from .unheard import weak_modes
 
 WEAK = 0.6  # likeness in shape less twice the difference in pitch that makes a weak mode known
 WEAKER = 0.4  # the same, where it takes most of what was left
@@ -90,7 +91,7 @@ def hear(body: Body, find_release) -> Heard:
         matches = _matches(ground, rings)
     heard = {condition[i]: rings[i].frequency for i in reversed(fitted)}
     every, matches = matches, common(matches, heard)
-    left_out = _left_out(ground, rings, every, matches)
+    loaded = left_out(ground, rings, every, matches)
     chosen = [_same_poles(ground, rings, i, matches) for i in fitted]
     settled = settle(ground, chosen, matches)
     straight = tuple(_straightened(ground, settled[1], i) for i in range(len(takes)))
@@ -98,7 +99,7 @@ def hear(body: Body, find_release) -> Heard:
         ground = replace(ground, takes=straight)
         chosen = [_same_poles(ground, rings, i, settled[2]) for i in fitted]
         settled = settle(ground, chosen, settled[2])
-    return _heard(ground, rings, _whole(ground, settled, rings, left_out))
+    return _heard(ground, rings, _whole(ground, settled, rings, loaded))
 
 
 def _heard(ground: Recorded, rings: tuple, whole: tuple) -> Heard:
@@ -170,10 +171,10 @@ def _outlived(ground: Recorded, rings: tuple, matches: dict[int, Match]):
     return replace(ground, takes=tuple(takes)), tuple(heard)
 
 
-def _whole(ground: Recorded, settled: tuple, rings: tuple, left_out: list):
+def _whole(ground: Recorded, settled: tuple, rings: tuple, loaded: list):
     """The settled fit with weak modes, partners and further modes; the turns, the first match.
 
-    A weak mode that leaves its place once the others are there was none. `left_out`: see
+    A weak mode that leaves its place once the others are there was none. `loaded`: see
     `with_left_out`.
     """
     condition = ground.condition[ground.fitted[0]]
@@ -181,7 +182,7 @@ def _whole(ground: Recorded, settled: tuple, rings: tuple, left_out: list):
     free, _, matches = settled
     first = matches[condition]
     if len(matches) > 1 or None in first.modes:
-        return _with_all(ground, (with_left_out(free, left_out), *settled[1:]), rings)
+        return _with_all(ground, (with_left_out(free, loaded), *settled[1:]), rings)
     tried, wider = None, None
     for alike in (WEAKER, WEAK):
         weak = weak_modes(free, body, first, alike)
@@ -243,25 +244,14 @@ def _with_all(ground: Recorded, settled: tuple, rings: tuple):
     free = with_further(free, first, body, rings)
     for c, match in matches.items():
         if None not in match.modes:
-            take = _first_take(ground, c)
+            take = first_take(ground, c)
             parted = _gaps(match.modes, ground.bodies[c])
             known = all(None not in m.modes for m in matches.values())
             if known and ground.takes[ground.fitted[take]].take.loads:
-                shift = _shift(ground, matches)
-                parted = {k: max(LADEN * gap, SEAT * shift[k]) for k, gap in parted.items()}
+                apart = shift(ground, matches)
+                parted = {k: max(LADEN * gap, SEAT * apart[k]) for k, gap in parted.items()}
             free = _with_partners(free, parted, take=take)
     return free, turns, first
-
-
-def _shift(ground: Recorded, matches: dict) -> np.ndarray:
-    """(K,) relative, how far the pitches of the matched modes lie apart with all loads."""
-    own = [ground.bodies[c].modes.frequency[list(m.modes)] for c, m in matches.items()]
-    return np.ptp(np.log(own), axis=0)
-
-
-def _first_take(ground: Recorded, condition: int) -> int:
-    """The number, among the fitted takes, of the first one of a condition."""
-    return [ground.condition[i] for i in ground.fitted].index(condition)
 
 
 def _straightened(ground: Recorded, turns, index: int) -> Channels:
@@ -335,53 +325,6 @@ def _first_periods(data: Channels, ring: RingDown) -> Channels:
 def _match(data: Channels, ring: RingDown, body: Body) -> Match:
     chase = pursue(ring, data.time[data.fit], data.values[data.fit], data.sigma, late=data.late)
     return match_modes(ring, chase, body.modes.frequency, body.seen(data), 1 / data.frame)
-
-
-def common(matches: dict[int, Match], heard: dict[int, np.ndarray]) -> dict[int, Match]:
-    """The strongest mode of each condition, and the others that every condition shows.
-
-    With other loads the strongest one may be the other of two that lie close together, or have
-    another place among the computed ones. Where it is another one altogether, by the poles that
-    each condition `heard` (n,) Hz, the one that is strongest in all comes first.
-    """
-    if len(matches) == 1:
-        return matches
-    strongest = {m.modes[0] for m in matches.values()}
-    first = next(iter(matches.values()))
-    if None in strongest:
-        return {c: Match(m.poles[:1], m.modes[:1]) for c, m in matches.items()}
-    shared = [j for j in first.modes if all(j in m.modes for m in matches.values())]
-    pitches = [heard[c][m.poles[0]] for c, m in matches.items()]
-    if len(strongest) > 1 and np.ptp(np.log(pitches)) > np.log(NEIGHBOUR) and shared:
-        head = min(shared, key=lambda j: sum(m.modes.index(j) for m in matches.values()))
-        matches = {c: _led_by(m, head) for c, m in matches.items()}
-        strongest = {head}
-    others = [j for j in shared if j not in strongest]
-    return {
-        c: Match((m.poles[0], *(m.poles[m.modes.index(j)] for j in others)), (m.modes[0], *others))
-        for c, m in matches.items()
-    }
-
-
-def _left_out(ground: Recorded, rings: tuple, every: dict, matches: dict) -> list:
-    """(fitted take, Hz, damping ratio) of the modes matched in one condition and not in all."""
-    out = []
-    for take, i in enumerate(ground.fitted):
-        c = ground.condition[i]
-        if _first_take(ground, c) == take and None not in every[c].modes:
-            ring = rings[i]
-            out += [
-                (take, float(ring.frequency[pole]), float(ring.damping_ratio[pole]))
-                for pole in every[c].poles
-                if pole not in matches[c].poles
-            ]
-    return out
-
-
-def _led_by(match: Match, mode: int) -> Match:
-    at = match.modes.index(mode)
-    order = [at, *(k for k in range(len(match.modes)) if k != at)]
-    return Match(tuple(match.poles[k] for k in order), tuple(match.modes[k] for k in order))
 
 
 def _same_poles(ground: Recorded, rings, index: int, matches) -> RingDown:

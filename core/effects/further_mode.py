@@ -72,6 +72,20 @@ def heard_anew(effect: Effect, theta: np.ndarray) -> Effect:
     return replace(anew, channels=effect.channels, high=(STRAY, effect.high[1]))
 
 
+def of_take(found, take: int) -> list[tuple[int, Effect, np.ndarray]]:
+    """Number among the effects, effect and theta of the further modes in a take of a fit (TimeFit),
+    by its number among the fitted ones.
+    """
+    law = found.law
+    data = law.takes[law.fitted[take]]
+    return [
+        (i, effect, theta[0])
+        for i, (effect, theta) in enumerate(zip(law.effects, found.theta, strict=True))
+        if is_further(effect)
+        and (effect.channels is None or effect.channels(law.setting, data).any())
+    ]
+
+
 def ran_off(found) -> bool:
     """Whether a further mode of a fit (TimeFit) is one no longer."""
     return any(

@@ -10,6 +10,7 @@ import pytest
 
 from core import effects
 from core.case_schema import EFFECT_NAMES
+from core.conditions import common
 from core.data import RingDown
 from core.effects import (
     BY_NAME,
@@ -23,7 +24,6 @@ from core.effects import (
     steady_drive,
     tracker_drift,
 )
-from core.joint import common
 from core.linear_part import TIE, _ties
 from core.match import Match, match_modes
 from core.simulate import swing
