@@ -12,14 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .match import PAIR
+from .match import PAIR, TURNED
 
 PITCH_FLOOR = 0.003  # relative error of a computed pitch that convergence does not see
 SHAPE_FLOOR = 0.02  # of a shape's largest entry
 PIECES = 6.0  # independent pieces of evidence in one shape, however many channels show it
 UNSEEN = 1e-9  # weight of a channel that shows no mode
 DEPENDENT = 1e-12  # squared sine below which two modes look the same
-MIXED = 0.1  # relative distance up to which two computed modes may turn into one another
 MIXING = 0.01  # half of the stiffness that a body may be off by, relatively: over that distance it
 # is the share by which they do
 LIKE = 0.4  # MAC from which a computed mode may be a measured one
@@ -64,6 +63,11 @@ class Hypothesis:
     shape_chi2: np.ndarray  # (K,)
     sag: np.ndarray | None = None  # (C,)
 
+    @property
+    def pitches(self) -> np.ndarray:
+        """(K,) Hz at 1 Pa."""
+        return self.frequency / np.sqrt(self.modulus)
+
 
 def compare(measured: Measured, values, shapes, unit=None) -> Hypothesis | None:
     """The measurements against eigenvalues (m,) at 1 Pa and shapes (m, C) as seen.
@@ -74,7 +78,7 @@ def compare(measured: Measured, values, shapes, unit=None) -> Hypothesis | None:
     own = np.sqrt(np.maximum(values, 1e-300)) / (2 * np.pi)
     best = None
     alike = _alike(measured.shapes, shapes, own)
-    for first in np.flatnonzero(own <= own[:FIRST][-1] * (1 + MIXED)):  # near ones change places
+    for first in np.flatnonzero(own <= own[:FIRST][-1] * (1 + TURNED)):  # near ones change places
         partners = _partners(measured, own, alike, first)
         if partners is not None:
             most = np.inf if best is None else best.chi2
@@ -158,7 +162,7 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
     fitted, chi2 = [], []
     for k, j in enumerate(partners):
         gap = np.abs(own / own[j] - 1)
-        near = gap < MIXED
+        near = gap < TURNED
         pair, gap = shapes[near], gap[near]
         w = 1 / measured.shape_error[k]
         weighed, wanted = pair * w, measured.shapes[k] * w

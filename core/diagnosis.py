@@ -171,8 +171,8 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     able = [*able, *passed_over(start, able, declared)]
     both = _by_two(chain, (able, ranked, strong), over, widen)
     told = both.verdict == "explained" and not owes(both.final, declared)
-    if alone and _is_read_off(both) and not _is_read_off(alone):
-        return alone
+    if told and alone and _is_read_off(both) and not _is_read_off(alone):
+        told = _takes_most(both, alone)
     if told and alone and not owes(alone.final, declared):  # all that one leaves, or nothing
         told = _does_more(both, alone)
     return both if alone is None or told else alone
@@ -180,8 +180,8 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
 
 def _is_read_off(verdict: Verdict) -> bool:
     """Whether all of its effects are read off the record: so free, two of them tell anything."""
-    effects = verdict.final.law.effects
-    return all(e.free for e in effects if e.name in {c.names[-1] for c in verdict.effects})
+    names = {c.names[-1] for c in verdict.effects}
+    return bool(names) and all(e.free for e in verdict.final.law.effects if e.name in names)
 
 
 def _loud(alone: Verdict) -> bool:
@@ -195,10 +195,14 @@ def _loud(alone: Verdict) -> bool:
 
 def _does_more(both: Verdict, alone: Verdict) -> bool:
     """Whether what was found together leaves noise, and takes most of what one effect leaves."""
+    return both.final.chi2 < NOISY * both.final.samples and _takes_most(both, alone)
+
+
+def _takes_most(both: Verdict, alone: Verdict) -> bool:
+    """Whether what was found together takes most of what the other leaves."""
     pair = judge(tuple(c.names[0] for c in both.effects), both.final, alone.final)
     material = gained(alone.final, both.final) >= MATERIAL and pair.evidence > EVIDENCE
-    most = pair.share > MOST and not pair.held_share < MOST
-    return both.final.chi2 < NOISY * both.final.samples and material and most
+    return material and pair.share > MOST and not pair.held_share < MOST
 
 
 def _by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:

@@ -125,7 +125,9 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     if known:  # as the author says, the body is this one
         base = known[0].hypothesis
         as_said = _mesh_pitch(known[0], heard, stiff)
-        plain = replace(plain, mesh_pitch=as_said, warnings=_sag_lines(ground, base))
+        moduli = _moduli(known[0], heard)
+        lines = _sag_lines(ground, base)
+        plain = replace(plain, mesh_pitch=as_said, moduli=moduli, warnings=lines)
         if _chance(base, ground.measured) > doubt:
             return plain
         ranked = [replace(s, evidence=s.evidence - known[0].evidence) for s in ranked]
@@ -285,10 +287,15 @@ def _ranking(ranked, verdict, ground) -> list[dict]:
     ]
 
 
+def _moduli(one: Suspect, heard: Heard) -> dict:
+    """By computed mode, see `Findings.modulus_span`."""
+    least, most = one.moduli
+    return {j: (least[k], most[k]) for k, j in enumerate(heard.match.modes)}
+
+
 def _mesh_pitch(best: Suspect, heard: Heard, stiff: np.ndarray) -> dict:
     """Hz at 1 Pa of every measured mode's computed partner with the effect in the body."""
-    found = best.hypothesis
-    own = found.frequency / np.sqrt(found.modulus)
+    found, own = best.hypothesis, best.hypothesis.pitches
     return {
         j: float(own[k] * np.sqrt(1 + stiff[min(found.modes[k], len(stiff) - 1)]))
         for k, j in enumerate(heard.match.modes)

@@ -53,16 +53,16 @@ def _told_by_modes(declared: TimeFit, take: int, left: np.ndarray) -> float:
     ring = invert(time, left, noise=data.sigma[on], max_modes=MODES)
     shapes, _ = real_shapes(ring.amplitude)
     pitches = declared.pitches(take)
-    first, other = pitches[0] * np.arange(1, 4), pitches[1:]
+    first, other, known = pitches[0] * np.arange(1, 4), pitches[1:], declared.shapes_of(take)
     own = [
         k
         for k, (s, f) in enumerate(zip(shapes, ring.frequency, strict=True))
         if ring.damping_ratio[k] < 0.2
-        and mac(s, declared.shapes[0, on]) < COMPANION
+        and mac(s, known[0, on]) < COMPANION
         and np.abs(np.log(f / first)).min() > APART
         and not any(
             abs(np.log(f / g)) < APART and mac(s, there[on]) > COMPANION
-            for g, there in zip(other, declared.shapes[1:], strict=True)
+            for g, there in zip(other, known[1:], strict=True)
         )
     ]
     if not own:

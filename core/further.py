@@ -17,7 +17,7 @@ from .effects.further_mode import (
 from .harmonic_inversion import invert
 from .law import TimeFit
 from .linear_part import fitted_instants
-from .match import ACROSS, HARMONIC, SPLIT, Match, is_driven, mac
+from .match import ACROSS, HARMONIC, SPLIT, Match, is_driven, likeness, mac
 from .refit import without
 from .residual import QUIET, bic
 from .settle import displaced
@@ -203,7 +203,7 @@ def _told(
             damps_alike(f, z, own, found.damping_ratio)
             # a load lowers what is heard first by less than what lies below
             and (loaded or f > lowest)
-            and not _mimics(shape, f, found.shapes[:, on], own)
+            and not _mimics(shape, f, found.shapes_of(take)[:, on], own)
         ):
             return []
         out.append((float(f), float(z)))
@@ -241,14 +241,16 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
     usual = np.median(found.damping_ratio)
     seen = body.seen(data)[:SPAN, on]
     q, _ = np.linalg.qr(seen.T)
-    pairs = zip(match.modes, found.shapes[:, on], strict=True)
-    there = [j for j, s in pairs if j >= SPAN or mac(s, seen[j]) > ACROSS]  # no matter what it was
-    free = [j for j in range(len(seen)) if j not in there]
+    shapes, frequency = found.shapes_of(take)[:, on], body.modes.frequency[:SPAN]
+    pairs = zip(match.modes, shapes, strict=True)
+    # one that has become another mode leaves its own free
+    moved = [j for j, s in pairs if j < SPAN and likeness(s, seen, frequency, j) < ACROSS]
+    free = [j for j in range(len(seen)) if j in moved or j not in match.modes]
     out = []
     for f, z, amplitude in zip(ring.frequency, ring.damping_ratio, ring.amplitude, strict=True):
         shape = real_shapes(amplitude[None])[0][0]
         bodily = float(((q.T @ shape) ** 2).sum() / (shape @ shape))
-        beyond_doubt = mac(shape, found.shapes[0, on]) < ACROSS and any(
+        beyond_doubt = mac(shape, shapes[0]) < ACROSS and any(
             abs(np.log(f / scale / body.modes.frequency[j])) < NEARLY and mac(shape, seen[j]) > SURE
             for j in free
         )
@@ -256,7 +258,7 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
             f > LOWEST * scale * body.modes.frequency[0]
             and ALIKE[0] * usual < z < ALIKE[1] * usual
             and (
-                mac(shape, found.shapes[0, on]) < SAME
+                mac(shape, shapes[0]) < SAME
                 or any(
                     abs(np.log(f / scale / body.modes.frequency[j])) < APART
                     and mac(shape, seen[j]) > BODILY
@@ -269,7 +271,7 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
                 or any(abs(np.log(f / scale / body.modes.frequency[j])) < NEAR for j in free)
             )
             and not (law.setting.paired and abs(np.log(f / pair)) < TWIN)
-            and _clear(f, known, beyond_doubt, _bases(found, take, amplitude, on))
+            and _clear(f, known, beyond_doubt, _bases(found, take, (f, z, amplitude), on))
         ):
             out.append((float(f), float(z)))
             known.append(f)
@@ -286,25 +288,30 @@ def damps_alike(f: float, z: float, own: np.ndarray, damping_ratio: np.ndarray) 
     return bool(ALIKE[0] * usual < z < most)
 
 
-def _bases(found: TimeFit, take: int, amplitude: np.ndarray, on: np.ndarray) -> list[float]:
-    """Hz of those of the first two modes that swing far more than a line with (C,) amplitudes: it
-    may be their overtone.
+def _bases(found: TimeFit, take: int, line: tuple, on: np.ndarray) -> list[float]:
+    """Hz of those of the first two modes that swing far more, rms over the fitted part, than a line
+    (Hz, damping ratio, (C,) amplitudes): it may be their overtone.
     """
-    swing = np.abs(found.motions[take]).max(axis=0) * np.linalg.norm(found.shapes[:, on], axis=1)
+    f, z, amplitude = line
+    data = found.law.takes[found.law.fitted[take]]
+    wave = np.exp((data.time[data.fit] - data.time[0]) * poles(f, z))
+    own = wave.std() / np.sqrt(2) * np.linalg.norm(amplitude)
+    swing = found.motions[take][data.fit].std(axis=0)
+    swing = swing * np.linalg.norm(found.shapes_of(take)[:, on], axis=1)
     pairs = zip(found.pitches(take)[:2], swing, strict=False)
-    return [f for f, most in pairs if np.linalg.norm(amplitude) < OVERTONE * most]
+    return [pitch for pitch, most in pairs if own < OVERTONE * most]
 
 
 def _clear(f: float, known: list, beyond_doubt: bool, bases: list) -> bool:
-    """Whether a pitch is none of the known ones, nor an overtone or a combination of the `bases`
-    that is not `beyond_doubt` a mode of the body too.
+    """Whether a pitch is none of the known ones, nor an overtone of the `bases` or a combination of
+    the first two known ones that is not `beyond_doubt` a mode of the body too.
     """
     if any(abs(np.log(f / k)) < APART for k in known):
         return False
     if beyond_doubt:
         return True
     overtones = [n * k for n in (2, 3) for k in bases]
-    sums = [abs(a + sign * b) for a in bases for b in bases for sign in (1, -1) if a != b]
+    sums = [abs(a + sign * b) for a in known[:2] for b in known[:2] for sign in (1, -1) if a != b]
     return all(abs(f - t) > HARMONIC * f for t in overtones) and all(
         abs(f - t) > HARMONIC / 2 * f for t in sums
     )

@@ -17,15 +17,13 @@ from .effects.further_mode import is_a_mode, of_take, pitch_of
 from .elasticity import gravity_force, static
 from .joint import Heard
 from .law import TimeFit, replace
-from .match import PAIR, likeness
+from .match import CHANCE, PAIR, SURE, dies_alike, likeness
 from .tell import as_fitted, inflation, parameters
 
 UNSURE = 2.0  # of a pitch's standard deviation, by which it is off: a faint pole may be two modes
 LOUD = 0.3  # of the strongest mode's motion, rms, from which one that was not matched counts
-BESIDE = 0.1  # relative, of a computed pitch, that a mode may have without a fold
 OWN = 0.4  # likeness to a computed mode from which a fainter one does too
 UNSEEN = 0.05  # of the most that a mode moves: one that moves less, where it is seen, is not known
-CHANCE = 0.05  # that a motion that is none of a body's modes moves as one of them
 SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
 SETTLED = 0.05  # of the sag: error of geometry, density and a creep that nothing shows
@@ -169,17 +167,22 @@ def further_modes(verdict: Verdict) -> list[FurtherMode]:
 
 
 def _unfolded(one: FurtherMode, seen: np.ndarray, heard: Heard, final: TimeFit) -> FurtherMode:
-    """The mode at the pitch of which it shows the fold, where a computed mode (m, C) says so."""
+    """The mode as it is, where what shows is the fold of the computed one that it is most like."""
     data, frequency = final.law.takes[final.law.fitted[0]], heard.body.modes.frequency
-    own = frequency * true_frequency(heard, final)[0] / frequency[heard.match.modes[0]]
-    free = [j for j in range(len(own)) if j not in heard.match.modes]
-    folds = [j for j in free if is_folded(one.frequency, own[j], 1 / data.frame)]
-    alike = {j: likeness(one.shape, seen, frequency, j) for j in free}
-    near = [alike[j] for j in free if abs(np.log(one.frequency / own[j])) < BESIDE]
-    best = max(folds, key=alike.get, default=None)
-    if best is None or alike[best] < max([OWN, *near]):
+    own, rate = true_frequency(heard, final), 1 / data.frame
+    computed = frequency * own[0] / frequency[heard.match.modes[0]]
+    free = [j for j in range(len(computed)) if j not in heard.match.modes]
+    best = max(free, key=lambda j: likeness(one.shape, seen, frequency, j), default=None)
+    z = one.damping_ratio
+    damped = one.frequency * np.sqrt(1 - z**2)
+    if best is None or likeness(one.shape, seen, frequency, best) < SURE:
         return one
-    return replace(one, frequency=unfolded(one.frequency, own[best], 1 / data.frame))
+    if not is_folded(damped, computed[best], rate):
+        return one
+    true = float(np.hypot(unfolded(damped, computed[best], rate), z * one.frequency))
+    if not dies_alike(one.frequency, z, true, (own[0], None, final.damping_ratio[0])):
+        return one
+    return replace(one, frequency=true, damping_ratio=z * one.frequency / true)
 
 
 def _of_the_body(further: list[FurtherMode], seen: np.ndarray, heard: Heard) -> list[FurtherMode]:

@@ -127,6 +127,11 @@ class TimeFit:
         there = np.abs(np.einsum("kc,kc->k", self.law.gauge(0), self.shapes))
         return [float(s * np.abs(u).max()) for s, u in zip(there, self.motions[0].T, strict=True)]
 
+    def shapes_of(self, take: int) -> np.ndarray:
+        """(K, C) in the fitted take of that number, as `shapes`."""
+        at = self.law.own * self.law.condition[self.law.fitted[take]]
+        return self.coefficients[:, at : at + self.law.modes].T
+
     @property
     def shapes(self) -> np.ndarray:
         """(K, C) of the first condition, channels' unit per metre at the reference."""

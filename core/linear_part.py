@@ -17,6 +17,7 @@ WILD = 1e7  # noise units; a motion that runs away is a bad fit, not an error
 PIN = 1e3  # weight that keeps S at the reference at one, so that u is in metres there
 TIE = 1e5  # weight that keeps a tied mode's pitch, and its damping, near the first mode's
 LOOSE = np.array([0.03, np.log(2)])  # logarithms by which these may be off
+STILL = 0.01  # frames, by which a sample must be later than those before it
 NEARER = 0.5  # of their distance, at most, that two modes' pitches may come nearer
 
 
@@ -52,7 +53,7 @@ def fitted_instants(law: Law, thetas, data: Channels) -> tuple[np.ndarray, np.nd
     those at which the time of the effects stands still.
     """
     time = instants(law, [theta[:1] for theta in thetas], data)[0]
-    goes_on = time > np.r_[-np.inf, np.maximum.accumulate(time)[:-1]]
+    goes_on = time > np.r_[-np.inf, np.maximum.accumulate(time)[:-1]] + STILL * data.frame
     use = data.fit & goes_on
     return time[use], use
 

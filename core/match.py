@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+from scipy.stats import beta
 
 from .baseline import real_shapes
 from .data import RingDown, poles
@@ -20,9 +21,10 @@ SPLIT = 0.15  # relative, up to which a degenerate pair is one that `split_modes
 TURNED = 0.1  # relative, of two computed modes that a body which is a little other turns so
 PARTED = 0.006  # relative, of a computed pair: less may be what meshing makes of one pitch
 ACROSS = 0.3  # MAC below which two motions have other directions
-CREEPING = 0.25  # damping ratio from which a pole is a mean that wanders, and no fold
+CREEPING = 0.25  # damping ratio from which a pole may be a mean that wanders
 ALIKE = 2.0  # ratio of damping ratios of two modes of one body, less than which is usual
-UNLIKE = 8.0  # the same, more than which is none
+UNLIKE = 8.0  # the same, more than which is none but where it goes with the pitch
+CHANCE = 0.05  # that a motion that is none of a body's modes moves as one of them
 SURE = 0.7  # likeness in shape from which a mode is known by its fold
 FOLDED = 5.0  # likeness in shape that one of relative pitch weighs, for a folded mode
 LEAST = 0.35  # likeness, less the difference in pitch, from which a mode is known
@@ -45,14 +47,9 @@ def mac(a: np.ndarray, b: np.ndarray) -> float:
     return float((a @ b) ** 2 / power) if power > 0 else 0.0
 
 
-def likeness(
-    shape: np.ndarray, modes: np.ndarray, frequency: np.ndarray, j: int, apart: float = PAIR
-) -> float:
-    """MAC of `shape` (C,) with mode j of `modes` (m, C), or with the pair that j belongs to.
-
-    `apart`: how far, relatively, the other one may lie.
-    """
-    pair = modes[np.abs(frequency / frequency[j] - 1) < apart]
+def likeness(shape: np.ndarray, modes: np.ndarray, frequency: np.ndarray, j: int) -> float:
+    """MAC of `shape` (C,) with mode j of `modes` (m, C), or with the pair that j belongs to."""
+    pair = modes[np.abs(frequency / frequency[j] - 1) < PAIR]
     q, _ = np.linalg.qr(pair.T)
     return float(((q.T @ shape) ** 2).sum() / (shape @ shape))
 
@@ -117,14 +114,28 @@ def match_modes(
     frequencies, weighted by strength, wins. Overtones and same-shape companions of a stronger
     pole are no modes of the body.
     """
-    answer = _matched(ring, chase, frequency, shapes, rate, PAIR)
-    if None in answer.modes:  # two that lie near may have turned into one another
-        answer = _matched(ring, chase, frequency, shapes, rate, TURNED)
+    answer = _matched(ring, chase, frequency, shapes, rate, likeness)
+    if None in answer.modes:  # it and one that lies near may have turned into one another
+        answer = _matched(ring, chase, frequency, shapes, rate, _turned)
     return answer
 
 
-def _matched(ring, chase, frequency, shapes, rate, apart) -> Match:
-    """`match_modes` where modes `apart` may have turned into one another."""
+def _turned(shape: np.ndarray, modes: np.ndarray, frequency: np.ndarray, j: int) -> float:
+    """MAC of `shape` (C,) with mode j and the one next to it, where it is more like j and where by
+    chance no motion would be so like any two of the modes (m, C), else 0.
+    """
+    gap = np.abs(frequency / frequency[j] - 1)
+    gap[j] = np.inf
+    near, channels = int(np.argmin(gap)), (np.abs(modes) > 0).any(axis=0).sum()
+    if gap[near] > TURNED or channels <= 2 or mac(shape, modes[near]) > mac(shape, modes[j]):
+        return 0.0
+    q, _ = np.linalg.qr(modes[[j, near]].T)
+    alike = float(((q.T @ shape) ** 2).sum() / (shape @ shape))
+    return alike if len(modes) * beta.sf(alike, 1, (channels - 2) / 2) < CHANCE else 0.0
+
+
+def _matched(ring, chase, frequency, shapes, rate, alike_first) -> Match:
+    """`match_modes` where `alike_first` says how like the strongest pole is to a computed mode."""
     order, measured, strength = chase
     heard = [
         (ring.frequency[k], shape, ring.damping_ratio[k])
@@ -132,7 +143,7 @@ def _matched(ring, chase, frequency, shapes, rate, apart) -> Match:
     ]
     best, answer = -np.inf, Match((order[0],), (None,))
     for first in range(min(len(frequency), 8)):
-        alike = likeness(measured[0], shapes, frequency, first, apart)
+        alike = alike_first(measured[0], shapes, frequency, first)
         if alike < 0.5:
             continue
         scaled = frequency * (heard[0][0] / frequency[first])
@@ -174,7 +185,7 @@ def _partner(one, taken, modes, computed):
             for j in free
             if is_folded(f, frequency[j], rate)
             and alike[j] > SURE
-            and _damped_alike(one, unfolded(f, frequency[j], rate), taken[0])
+            and dies_alike(f, z, unfolded(f, frequency[j], rate), taken[0])
         }
     found = max(plain, key=plain.get, default=None)
     if found is None or plain[found] <= LEAST:
@@ -192,12 +203,16 @@ def _is_combined(f: float, pitches: list[float]) -> bool:
     )
 
 
-def _damped_alike(one, pitch: float, first) -> bool:
-    """Whether a pole seen at a fold of `pitch` dies as fast as a mode there that is damped as the
-    first one: near nought a fold looks heavily damped, as a mean that wanders does.
+def dies_alike(f: float, z: float, pitch: float, first) -> bool:
+    """Whether a pole seen at f Hz with a damping ratio z, the fold of `pitch`, dies as a mode there
+    may beside the `first` one (Hz, its shape, damping ratio): no less damped by far, and no more
+    than where the n-fold pitch is damped n-fold. Near nought a fold looks heavily damped, as a mean
+    that wanders does.
     """
-    f, _, z = one
-    return abs(np.log(z * f / pitch / first[2])) < np.log(ALIKE if z > CREEPING else UNLIKE)
+    true, most = max(z, 1e-9) * f / pitch / first[2], UNLIKE * max(pitch / first[0], 1.0)
+    if z > CREEPING:
+        return abs(np.log(true)) < np.log(ALIKE)
+    return bool(1 / UNLIKE < true < most)
 
 
 def _may_pair(one, j: int, taken, modes, frequency: np.ndarray) -> bool:

@@ -34,15 +34,10 @@ class Suspect:
     near: list  # (cost, report, (K,) Hz at 1 Pa) within the 95 % region
 
     @property
-    def pitches(self) -> np.ndarray:
-        """(K,) Hz at 1 Pa of the computed partners of the measured modes."""
-        return self.hypothesis.frequency / np.sqrt(self.hypothesis.modulus)
-
-    @property
     def moduli(self) -> tuple[np.ndarray, np.ndarray]:
         """(K,) each, the least and the most modulus, by each mode's pitch, over the best one."""
-        others = np.array([self.pitches, *(pitches for _, _, pitches in self.near)])
-        span = (self.pitches / others) ** 2
+        own = self.hypothesis.pitches
+        span = (own / np.array([own, *(pitches for _, _, pitches in self.near)])) ** 2
         return span.min(axis=0), span.max(axis=0)
 
 
@@ -133,15 +128,11 @@ def _best(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
     if family.nearer is None:
         near += [(level, edge) for edge in _edges(look, family, theta, cost + wide)]
     near = [
-        (c, _report(look, family, t), there.frequency / np.sqrt(there.modulus))
+        (c, family.report(t, there.modulus), there.pitches)
         for c, t in near
         if c <= level and (there := look(t)[0]) is not None
     ]
     return Suspect(effect, found, theta, told, float(evidence), float(cost), near)
-
-
-def _report(look, family: Family, theta: np.ndarray) -> dict:
-    return family.report(theta, look(theta)[0].modulus)
 
 
 def _edges(look, family: Family, theta: np.ndarray, level: float) -> list[np.ndarray]:
@@ -175,8 +166,8 @@ def _moved(theta: np.ndarray, i: int, by: float) -> np.ndarray:
 
 
 def _best_choices(family: Family, costs: np.ndarray) -> list[np.ndarray]:
-    """The best grid points of the few best choices (places, forms), and that of the grid's first
-    place.
+    """The best grid points of the few best choices (places, forms), and that of those with the
+    grid's first place or form.
     """
     best = {}
     for i in np.argsort(costs):

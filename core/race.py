@@ -45,6 +45,7 @@ class Try:
     begins: list
     runners: int = RUNNERS
     horizons: tuple = HORIZONS
+    outset: TimeFit | None = None  # from where, if not from the start
 
     @property
     def law(self) -> Law:
@@ -83,7 +84,7 @@ def _shares(one: Try, most: float) -> list[float]:
 
 def _places(one: Try) -> np.ndarray:
     """(S, p) where the search begins."""
-    start, effect = one.start, one.effect
+    start, effect = one.outset or one.start, one.effect
     begins = [one.begins[i] for i in unlike(effect, one.begins, one.promise)]
     if effect.marched:
         return outsets(start, one.law, [begin(start, effect, begins)])[: one.runners]

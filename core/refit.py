@@ -73,10 +73,12 @@ def instead(found: TimeFit, effect: Effect) -> TimeFit | None:
 
 
 def lighter(found: TimeFit) -> TimeFit:
-    """The fit as it stands where a mode that is damped far more than another one is less so."""
+    """The fit as it stands where modes that are damped far more than another one are less so; where
+    there is no other one, less at any rate.
+    """
     p, K = found.parameters.copy(), found.law.modes
     for at in range(K, found.law.sizes()[0], 2 * K):
         z = p[at : at + K]
         least = z.min() if K > 1 and found.law.damping == "free" else 0.0
         p[at : at + K] = np.maximum(least, z / LESS)
-    return as_it_stands(found.law, p)
+    return found if np.array_equal(p, found.parameters) else as_it_stands(found.law, p)

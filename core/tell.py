@@ -49,7 +49,7 @@ def told_modes(heard: Heard, found: TimeFit, modulus: float, true: np.ndarray) -
         spread = SURE * f * fold * sigma[k], SURE * fold * sigma[K + k]
         j = heard.match.modes[k]
         mac = None if j is None else likeness(found.shapes[k], seen, body.modes.frequency, j)
-        if mac is not None and mac < ACROSS:  # it has become another one
+        if mac is not None and mac < ACROSS and size[k] < max(size):  # it has become another one
             j = mac = None
         computed = None if j is None else body.modes.frequency[j] * np.sqrt(modulus)
         out.append(

@@ -209,7 +209,8 @@ def _anew(one: Try) -> list[Try]:
     """
     out = [replace(one, runners=len(one.begins), horizons=(1.0,))]
     if one.effect.damps and one.start.law.damping != "none":
-        out.append(replace(one, start=lighter(one.start)))
+        outset = lighter(one.start)
+        out += [replace(one, outset=outset)] if outset is not one.start else []
     return out
 
 

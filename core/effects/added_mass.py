@@ -15,6 +15,7 @@ from itertools import product
 import numpy as np
 from scipy.linalg import block_diag
 
+from ..boundary import boundary
 from ..data import Load
 from ..elasticity import add_loads, lump_operator, lump_radius, surface_quadrature
 from ..factorization import factorize
@@ -48,8 +49,9 @@ def families(body, solve):
     be widens the answer's interval.
     """
     sizes = np.log(np.geomspace(2e-3, 2.0, 8))
-    reach = np.sqrt(surface_quadrature(body.model)[2].sum() / PLACES)
-    places = _spread(_scattered(body.case.surface, reach), PLACES)
+    at, _, areas = surface_quadrature(body.model)
+    on, reach = (at @ body.model.points.ravel()).reshape(-1, 3), np.sqrt(areas.sum() / PLACES)
+    places = _spread(on, PLACES)
     search = Search(places, sizes, places[:RESPONSES], (), SEATS[:1], WIDTHS[:1], reach)
     return (_family(body, solve, search),)
 
@@ -74,7 +76,7 @@ class Search:
         centre, own = self.places[place], body.bare.mesh.volume * body.bare.material.density
         moved = (place > 0 or not self.modes) and self.walks < WALKS
         reach, halvings = self.reach / (1 if moved else 2), self.halvings + (not moved)
-        around = _around(body.case.surface, centre, reach)
+        around = _around(body.model.mesh, centre, reach)
         last = halvings > HALVINGS or reach < CLOSE * lump_radius(own * np.exp(mass))
         some = np.vstack([centre, _spread(around, NEAR)]) if len(around) else centre[None]
         modes = self.modes
@@ -149,29 +151,18 @@ def _family(body, solve, search: Search) -> Family:
     )  # fmt: skip
 
 
-def _around(surface, centre: np.ndarray, reach: float) -> np.ndarray:
-    """(n, 3) m, points of the surface in all directions from one of them, `reach` off and half."""
+def _around(mesh, centre: np.ndarray, reach: float) -> np.ndarray:
+    """(n, 3) m, points of a mesh's surface on all sides of one of them, about `reach` off and half
+    of that.
+    """
     turn = np.arange(AROUND) * np.pi * (3 - np.sqrt(5))  # a Fibonacci sphere
     height = 1 - (2 * np.arange(AROUND) + 1) / AROUND
     level = np.sqrt(1 - height**2)
     way = np.column_stack([level * np.cos(turn), level * np.sin(turn), height])
-    off = centre + reach * np.vstack([way, way / 2])
-    face, weights, _ = nearest_face(off, surface.vertices, surface.faces)
-    points = np.einsum("nk,nki->ni", weights, surface.vertices[surface.faces[face]])
-    vertices = surface.vertices[np.linalg.norm(surface.vertices - centre, axis=1) <= reach]
-    points = np.unique(np.vstack([points, vertices]), axis=0)
+    corners = boundary(mesh).corners
+    face, weights, _ = nearest_face(centre + reach * np.vstack([way, way / 2]), mesh.nodes, corners)
+    points = np.unique(np.einsum("nk,nki->ni", weights, mesh.nodes[corners[face]]), axis=0)
     return points[np.linalg.norm(points - centre, axis=1) > reach / 4]
-
-
-def _scattered(surface, apart: float) -> np.ndarray:
-    """(n, 3) m, all vertices, and what lies between them `apart` m or more."""
-    points = [surface.vertices]
-    for triangle in surface.vertices[surface.faces]:
-        longest = np.linalg.norm(triangle - np.roll(triangle, 1, axis=0), axis=1).max()
-        n = max(int(np.ceil(longest / apart)), 1)
-        i, j = np.array([(i, j) for i in range(n + 1) for j in range(n + 1 - i)]).T / n
-        points.append(np.column_stack([i, j, 1 - i - j]) @ triangle)
-    return np.unique(np.vstack(points), axis=0)
 
 
 def _spread(vertices: np.ndarray, count: int) -> np.ndarray:

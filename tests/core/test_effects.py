@@ -266,24 +266,56 @@ def test_modes_that_lie_near_each_other_without_symmetry_are_tried_as_two():
 
 
 @pytest.mark.parametrize(
-    ("z", "modes"),
-    [(0.08, (0, 1)), (0.34, (0,)), (0.005, (0,))],
-    ids=["as the first one", "a mean that wanders", "a line"],
+    ("first", "z", "like", "modes"),
+    [
+        (0.02, 0.08, 1.0, (0, 1)),
+        (0.02, 0.34, 1.0, (0,)),
+        (0.02, 0.005, 1.0, (0,)),
+        (0.005, 0.192, 1.0, (0, 1)),
+        (0.02, 0.08, 0.6, (0,)),
+    ],
+    ids=["as the first one", "a mean that wanders", "a line", "as its pitch", "of another shape"],
 )
-def test_a_mode_is_known_by_its_fold_if_it_dies_as_such_a_one_does(z, modes):
+def test_a_mode_is_known_by_its_fold_if_it_moves_and_dies_as_such_a_one_does(first, z, like, modes):
     """At 60 frames/s a mode of 48 Hz is seen at 12 Hz; it dies in the same time."""
-    shapes = np.array([[1.0, 0.5, 0.2], [0.3, -1.0, 0.8]])
+    shapes = np.array([[1.0, 0.5, 0.2, 0.0], [0.3, -1.0, 0.8, 0.0]])
     ring = RingDown(
         np.array([5.0, 12.0]),
-        np.array([0.02, z]),
+        np.array([first, z]),
         shapes.astype(complex),
-        np.zeros(3),
-        np.ones(3),
+        np.zeros(4),
+        np.ones(4),
         np.eye(4),
     )
+    seen = shapes.copy()
+    seen[1] *= np.sqrt(like)
+    seen[1, 3] = np.sqrt(1 - like) * np.linalg.norm(shapes[1])
     chase = ([0, 1], shapes, np.array([0.9, 0.4]))
-    found = match_modes(ring, chase, np.array([1.0, 48 / 5]), shapes, 60.0)
+    found = match_modes(ring, chase, np.array([1.0, 48 / 5]), seen, 60.0)
     assert found.modes == modes
+
+
+def test_two_modes_that_lie_near_may_have_turned_into_one_another():
+    """Between both, the strongest pole is the one that it is more like; elsewhere it is none."""
+    rng = np.random.default_rng(3)
+    seen = np.linalg.qr(rng.standard_normal((12, 12)))[0][:5]
+    computed = np.array([1.0, 1.05, 2.5, 3.6, 4.0])
+
+    def matched(shape):
+        ring = RingDown(
+            np.array([5.0]),
+            np.array([0.02]),
+            shape[None].astype(complex),
+            np.zeros(12),
+            np.ones(12),
+            np.eye(2),
+        )
+        return match_modes(ring, ([0], shape[None], np.ones(1)), computed, seen).modes
+
+    assert matched(0.68 * seen[0] + 0.73 * seen[1]) == (1,)
+    assert matched(0.68 * seen[1] + 0.73 * seen[2]) == (2,)  # by itself: these lie far apart
+    assert matched(seen[2] + 1.01 * seen[3] + 0.3 * rng.standard_normal(12)) == (None,)
+    assert matched(rng.standard_normal(12)) == (None,)
 
 
 @pytest.mark.parametrize(

@@ -3,10 +3,15 @@
 import numpy as np
 import pytest
 
+from core.effects import lost_frames
 from core.effects.further_mode import further_mode, pitch_of
 from core.further import _mimics, _staying
+from core.law import replace
+from core.linear_part import fitted_instants
+from core.match import mac
+from core.refit import LESS, lighter
 from tests.core.test_simulate import AMPLITUDE
-from tests.core.test_timefit import TIME, W, channels, declared, moved
+from tests.core.test_timefit import SHAPE, TIME, W, channels, declared, moved
 
 FIRST = W / (2 * np.pi)  # Hz
 OTHER = np.array([0.3, -0.5, 0.8, 0.6])  # how the markers show the further mode
@@ -38,6 +43,32 @@ def test_what_turns_out_an_overtone_is_no_mode():
 def test_the_damping_of_a_mode_that_is_heard_anew_keeps_its_bound():
     found, count = _staying(sounding(2.38, 0.075), [further_mode(2.6 * FIRST, 0.02)], 0)
     assert count == 0
+
+
+def test_time_that_stands_still_is_left_out_of_what_is_heard():
+    found = declared(channels(moved()))
+    (data,) = found.law.takes
+    jumps = (((data.time[20] - 1e-6, -2 * data.frame),),)  # frames doubled
+    law = replace(found.law, effects=(lost_frames.lost(jumps, found.law.takes),))
+    time, use = fitted_instants(law, [np.zeros((1, 0))], data)
+    assert (np.diff(time) > 0).all() and data.fit.sum() - use.sum() == 2
+    assert not use[20:22].any()
+
+
+def test_a_take_of_its_own_condition_has_its_own_shapes():
+    one, other = channels(moved()), channels(moved(shape=SHAPE[::-1]))
+    found = declared(one, other, condition=(0, 1))
+    for take, shape in enumerate((SHAPE, SHAPE[::-1])):
+        own = found.shapes_of(take)[0]
+        assert mac(own, shape) > 0.999
+    assert np.array_equal(found.shapes_of(0), found.shapes)
+
+
+def test_damping_that_may_be_something_elses_is_less():
+    found = declared(channels(moved(zeta=0.06)))
+    less = lighter(found)
+    assert less.damping_ratio[0] == pytest.approx(found.damping_ratio[0] / LESS)
+    assert less.frequency == found.frequency and less.chi2 > found.chi2
 
 
 def test_a_motion_in_the_span_of_a_loud_pair_is_none_of_its_own():

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core.ground import LOUD, FurtherMode, _of_the_body
+from core.ground import LOUD, FurtherMode, _of_the_body, _unfolded
 
 
 def heard():
@@ -51,3 +51,29 @@ def test_a_mode_that_no_channel_sees_is_like_nothing():
         seen[1:] *= 1e-9 * np.random.default_rng(seed).standard_normal((2, 1))
         shape = np.r_[0.0, 1.0, np.zeros(10)]
         assert not _of_the_body([FurtherMode(7.0, 0.02, shape, 1e-3, 0.001, 4)], seen, heard())
+
+
+@pytest.mark.parametrize(
+    ("shape", "seen_at", "z", "true"),
+    [
+        ([0.1, 0.2, 1.0], 12.0, 0.08, 48.0),
+        ([0.1, 1.0, 0.4], 12.0, 0.08, 12.0),  # more like a mode that is lower than computed
+        ([0.7, 0.7, 0.7], 12.0, 0.08, 12.0),
+        ([0.1, 0.2, 1.0], 12.0, 0.002, 12.0),  # it does not die as a mode
+        ([0.1, 0.2, 1.0], 14.5, 0.08, 14.5),  # the fold of none
+    ],
+    ids=["a fold", "moved", "unlike", "a line", "elsewhere"],
+)
+def test_a_further_mode_is_unfolded_where_it_is_like_the_folded_one_alone(shape, seen_at, z, true):
+    """At 60 frames/s a mode of 48 Hz is seen at 12 Hz, and dies in the same time."""
+    modes = SimpleNamespace(frequency=np.array([1.0, 2.6, 9.6]))
+    body = SimpleNamespace(body=SimpleNamespace(modes=modes), match=SimpleNamespace(modes=(0,)))
+    final = SimpleNamespace(
+        law=SimpleNamespace(takes=[SimpleNamespace(frame=1 / 60)], fitted=[0]),
+        frequency=np.array([5.0]),
+        damping_ratio=np.array([0.02]),
+    )
+    one = FurtherMode(seen_at, z, np.array(shape), 1e-3, 0.1, 4)
+    found = _unfolded(one, np.eye(3), body, final)
+    assert found.frequency == pytest.approx(true, rel=5e-3)
+    assert found.frequency * found.damping_ratio == pytest.approx(seen_at * z)
