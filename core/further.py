@@ -15,7 +15,7 @@ from .effects.further_mode import (
     pitch_of,
 )
 from .harmonic_inversion import invert
-from .law import TimeFit
+from .law import TimeFit, replace
 from .linear_part import fitted_instants
 from .match import ACROSS, HARMONIC, SPLIT, Match, is_driven, likeness, mac
 from .refit import without
@@ -61,11 +61,14 @@ def with_further(
     for attempt in range(ROUNDS):
         if found.chi2 < QUIET * found.samples:
             break
-        effects, known = [], {}
-        for take, index in enumerate(found.law.fitted):
-            all_told = (
-                _told(found, take, match, body, rings[index]) if rings and not attempt else []
-            )
+        effects, known, start = [], {}, found
+        law = found.law
+        for take, index in enumerate(law.fitted):
+            all_told = []
+            if rings and not attempt:
+                at = _as_heard(found, match, rings[index]) if len(law.fitted) == 1 else found
+                all_told = _told(at, take, match, body, rings[index])
+                start = at if all_told else found
             heard = all_told or _poles(found, take, match, body)
             before = known.setdefault(found.law.pitch[index], [])  # heard in another take
             new = [(f, z) for f, z in heard if all(abs(np.log(f / g)) > APART for g in before)]
@@ -73,11 +76,24 @@ def with_further(
             effects += [further_mode(f, z, found.law.loaded_alike(take)) for f, z in new]
         if not effects:
             break
-        wider = _worth_it(found, effects, len(found.law.effects) - after)
-        if wider is found:
+        wider = _worth_it(start, effects, len(found.law.effects) - after)
+        if wider is start:
             break
         found = wider
     return found
+
+
+def _as_heard(found: TimeFit, match: Match, ring: RingDown) -> TimeFit:
+    """The fit with its modes at the poles that they were matched to: fitted without some of the
+    others, close ones run into one another.
+    """
+    at, p, K = list(match.poles), found.parameters.copy(), found.law.modes
+    if len(set(at)) < K:  # some were never heard by themselves
+        return found
+    p[:K] = np.log(ring.frequency[at])
+    if found.law.damping == "free":
+        p[K : 2 * K] = ring.damping_ratio[at]
+    return replace(found, parameters=p)
 
 
 def with_left_out(found: TimeFit, heard: list[tuple[int, float, float]]) -> TimeFit:
@@ -185,7 +201,8 @@ def _told(
     own = found.pitches(take)
     paired, pair = law.setting.paired, law.setting.pair
     loaded = bool(data.take.loads) and len({law.pitch[i] for i in law.fitted}) > 1
-    lowest = LOWEST * own[0] * body.modes.frequency[0] / body.modes.frequency[match.modes[0]]
+    computed = body.modes.frequency * own[0] / body.modes.frequency[match.modes[0]]
+    lowest, unmatched = LOWEST * computed[0], np.delete(computed, match.modes)
     apart = np.abs(np.log(ring.frequency[:, None] / own))
     theirs = apart.argmin(axis=0)  # the pole of each mode that is fitted
     there = [pitch_of(effect, theta) for _, effect, theta in of_take(found, take)]
@@ -195,7 +212,9 @@ def _told(
     ):
         if any(abs(np.log(f / k)) < PARTED for k in there):
             continue
-        parted = loaded and n not in theirs and apart[n].min() > PARTED  # a pair, by the load
+        # a pair, by the load: where all takes have it, one that was computed, too
+        near = bool(data.take.loads) and (np.abs(np.log(unmatched / f)) < NEAR).any()
+        parted = (loaded or near) and n not in theirs and apart[n].min() > PARTED
         if not parted and (apart[n].min() < APART or (paired and apart[n, pair] < SPLIT)):
             continue
         shape = real_shapes(amplitude[None])[0][0][on]
@@ -203,7 +222,7 @@ def _told(
             damps_alike(f, z, own, found.damping_ratio)
             # a load lowers what is heard first by less than what lies below
             and (loaded or f > lowest)
-            and not _mimics(shape, f, found.shapes_of(take)[:, on], own)
+            and (near or not _mimics(shape, f, found.shapes_of(take)[:, on], own))
         ):
             return []
         out.append((float(f), float(z)))

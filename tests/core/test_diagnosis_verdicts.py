@@ -588,6 +588,12 @@ def test_a_pitch_that_hangs_on_how_a_load_sits_is_no_strangers(tmp_path):
 
 
 @pytest.mark.slow
+def test_close_modes_that_foretell_all_of_a_loaded_take_are_no_effect(tmp_path):
+    make("null", 185345, tmp_path)  # eight, two and two together
+    assert calibrate_case(tmp_path / "case.toml").report["diagnosis"]["verdict"] == "adequate"
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [85207, 85210, 14205])
 def test_a_pair_that_a_load_parts_in_one_take_has_a_partner_there(seed, tmp_path):
     make("null", seed, tmp_path)
