@@ -169,9 +169,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         misfit=misfit,
         instead=("split_modes",) if mended else (),  # a changed body parts its own pairs
         mesh_pitch=_mesh_pitch(best, heard, stiff),
-        moduli={
-            j: (low, high) for j, low, high in zip(heard.match.modes, *best.moduli, strict=False)
-        },
+        moduli=_moduli(best, heard),
     )
 
 

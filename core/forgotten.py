@@ -53,16 +53,17 @@ def _told_by_modes(declared: TimeFit, take: int, left: np.ndarray) -> float:
     ring = invert(time, left, noise=data.sigma[on], max_modes=MODES)
     shapes, _ = real_shapes(ring.amplitude)
     pitches = declared.pitches(take)
-    first, other, known = pitches[0] * np.arange(1, 4), pitches[1:], declared.shapes_of(take)
+    first, other = pitches[0] * np.arange(1, 4), pitches[1:]
+    there = declared.shapes_of(take)[:, on]
     own = [
         k
         for k, (s, f) in enumerate(zip(shapes, ring.frequency, strict=True))
         if ring.damping_ratio[k] < 0.2
-        and mac(s, known[0, on]) < COMPANION
+        and mac(s, there[0]) < COMPANION
         and np.abs(np.log(f / first)).min() > APART
         and not any(
-            abs(np.log(f / g)) < APART and mac(s, there[on]) > COMPANION
-            for g, there in zip(other, known[1:], strict=True)
+            abs(np.log(f / g)) < APART and mac(s, shape) > COMPANION
+            for g, shape in zip(other, there[1:], strict=True)
         )
     ]
     if not own:

@@ -61,8 +61,7 @@ def with_further(
     for attempt in range(ROUNDS):
         if found.chi2 < QUIET * found.samples:
             break
-        effects, known, start = [], {}, found
-        law = found.law
+        effects, known, start, law = [], {}, found, found.law
         for take, index in enumerate(law.fitted):
             all_told = []
             if rings and not attempt:
@@ -70,13 +69,13 @@ def with_further(
                 all_told = _told(at, take, match, body, rings[index])
                 start = at if all_told else found
             heard = all_told or _poles(found, take, match, body)
-            before = known.setdefault(found.law.pitch[index], [])  # heard in another take
+            before = known.setdefault(law.pitch[index], [])  # heard in another take
             new = [(f, z) for f, z in heard if all(abs(np.log(f / g)) > APART for g in before)]
             before += [f for f, _ in new]
-            effects += [further_mode(f, z, found.law.loaded_alike(take)) for f, z in new]
+            effects += [further_mode(f, z, law.loaded_alike(take)) for f, z in new]
         if not effects:
             break
-        wider = _worth_it(start, effects, len(found.law.effects) - after)
+        wider = _worth_it(start, effects, len(law.effects) - after)
         if wider is start:
             break
         found = wider

@@ -16,10 +16,10 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from ..boundary import boundary
-from ..data import Load
+from ..data import Load, Surface
 from ..elasticity import add_loads, lump_operator, lump_radius, surface_quadrature
 from ..factorization import factorize
-from ..nearest import nearest_face
+from ..surface import closest_point
 from .base import Effect, Family, Parameter, reduced_basis
 
 PLACES = 40  # on the surface, far apart
@@ -159,9 +159,8 @@ def _around(mesh, centre: np.ndarray, reach: float) -> np.ndarray:
     height = 1 - (2 * np.arange(AROUND) + 1) / AROUND
     level = np.sqrt(1 - height**2)
     way = np.column_stack([level * np.cos(turn), level * np.sin(turn), height])
-    corners = boundary(mesh).corners
-    face, weights, _ = nearest_face(centre + reach * np.vstack([way, way / 2]), mesh.nodes, corners)
-    points = np.unique(np.einsum("nk,nki->ni", weights, mesh.nodes[corners[face]]), axis=0)
+    skin = Surface(mesh.nodes, boundary(mesh).corners)
+    points = np.unique(closest_point(skin, centre + reach * np.vstack([way, way / 2]))[0], axis=0)
     return points[np.linalg.norm(points - centre, axis=1) > reach / 4]
 
 

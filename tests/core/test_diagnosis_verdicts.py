@@ -476,6 +476,14 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="what shows late is not judged by half of the record",
         ),
         pytest.param(
+            "dry_friction", 109880, {"dry_friction"}, 1.2,
+            id="a rub is sought from less damping than its swings seem to have",
+        ),
+        pytest.param(
+            "air_drag", 109881, {"air_drag"}, 1.2,
+            id="a mode that has become another one leaves its own free",
+        ),
+        pytest.param(
             "aliasing", 61503, {"aliasing"}, 1.2,
             id="a fold near nought looks heavily damped",
         ),
