@@ -6,7 +6,7 @@ from .compare import Hypothesis
 from .diagnosis import Verdict
 from .ground import Ground
 from .match import mac
-from .residual import nrmse
+from .residual import Error, error_of
 
 BENT = 0.95  # MAC below which a computed shape is not the measured one
 SHOWN = 1.5  # times the error of free modes, from which the body's pitches and shapes show
@@ -14,8 +14,8 @@ MENDED = 0.8  # of the declared body's error, held out or fitted, that is left a
 PULLED = 3.0  # standard deviations beyond which a prediction keeps to the model
 
 
-def row(name, verdict: Verdict, ground: Ground, found: Hypothesis) -> tuple:
-    """(name, held-out, fit): the time layer's declared fit with the body's pitches and shapes."""
+def body_error(verdict: Verdict, ground: Ground, found: Hypothesis) -> Error:
+    """Of the time layer's declared fit with the body's pitches and shapes."""
     declared = verdict.damped
     law, data = declared.law, ground.data
     K, loud = law.modes, ground.measured
@@ -30,7 +30,7 @@ def row(name, verdict: Verdict, ground: Ground, found: Hypothesis) -> tuple:
     change = _bound(ground.damping_ratio, f, shapes, data) - free
     predicted = list(declared.predicted)
     predicted[index] = predicted[index] + change
-    return name, nrmse(law.takes, predicted, True), nrmse(law.takes, predicted, False)
+    return error_of(law.takes, predicted)
 
 
 def _bound(z: np.ndarray, frequency, shapes, data) -> np.ndarray:
@@ -52,22 +52,27 @@ def _bound(z: np.ndarray, frequency, shapes, data) -> np.ndarray:
     return ((waves - mean) * a) @ (both * data.sigma) + data.values[use].mean(axis=0)
 
 
-def mends(row: tuple, before: tuple, free: tuple[float, float]) -> bool:
+def mends(after: Error, before: Error, free: Error) -> bool:
     """Whether what the declared body misses more than free modes do is less with the effect.
 
-    Each (name, held-out, fit) but `free` (held-out, fit). What does not show there is no test.
+    What does not show there is no test.
     """
-    shown = [(row[k], before[k]) for k in (1, 2) if before[k] > SHOWN * free[k - 1]]
-    return not shown or any(after < MENDED * was for after, was in shown)
+    shown = _shown(after, before, free)
+    return not shown or any(now < MENDED * was for now, was, _ in shown)
 
 
-def leaves(row: tuple, before: tuple, free: tuple[float, float]) -> float:
+def leaves(after: Error, before: Error, free: Error) -> float:
     """Share that is left of the error, rms, that the declared body shows beyond free modes: held
     out or fitted, the larger one.
     """
     over = [
-        max(row[k] ** 2 - free[k - 1] ** 2, 0) / (before[k] ** 2 - free[k - 1] ** 2)
-        for k in (1, 2)
-        if before[k] > SHOWN * free[k - 1]
+        max(now**2 - least**2, 0) / (was**2 - least**2)
+        for now, was, least in _shown(after, before, free)
     ]
     return float(np.sqrt(max(over, default=0.0)))
+
+
+def _shown(after: Error, before: Error, free: Error) -> list[tuple[float, float, float]]:
+    """(after, before, free) held out and fitted, where the body's error shows."""
+    pairs = zip(before.over(free, SHOWN), ("held_out", "fit"), strict=True)
+    return [tuple(getattr(e, part) for e in (after, before, free)) for over, part in pairs if over]

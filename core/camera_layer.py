@@ -18,7 +18,7 @@ from .law import TimeFit, unpack
 from .match import PAIR, true_pitches
 from .near_camera import rest_places
 from .report import estimate
-from .residual import errors, motion_rms, nrmse
+from .residual import Error, error_of, errors, motion_rms
 from .tell import inflation
 
 WHOLE = 1.1  # of a frame that a camera's readout takes at most, its clock being a little off
@@ -31,7 +31,7 @@ class Seen:
 
     effect: dict  # as the report gives it
     share: float  # of the motion, rms
-    before: tuple[float, float] | None  # held-out and fitted error without it; None: see Heard.far
+    before: Error | None  # without it; None: see Heard.far
     shows: bool = True  # beside the noise
 
     @property
@@ -95,8 +95,8 @@ def _folded(heard: Heard, found: TimeFit) -> list[Seen]:
             "probability": 1.0,
             "twins": [],
         }
-        before = nrmse(law.takes, without, True), nrmse(law.takes, without, False)
-        shows = any(b > MORE * e for b, e in zip(before, errors(found), strict=True))
+        before = error_of(law.takes, without)
+        shows = any(before.over(errors(found), MORE))
         out.append(Seen(told, float(share), before, shows))
     return sorted(out, key=lambda one: -one.share)[:1]
 
@@ -155,7 +155,7 @@ def _late(heard: Heard, found: TimeFit) -> list[Seen]:
         "probability": 1.0,
         "twins": [],
     }
-    before = nrmse(law.takes, without, True), nrmse(law.takes, without, False)
+    before = error_of(law.takes, without)
     return [Seen(effect, float(share), before)]
 
 

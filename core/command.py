@@ -119,6 +119,11 @@ def _table(report: dict) -> str:
         name = "as declared" if row["added"] is None else f"+ {row['added']}"
         ratio = row["held_out"] / max(error["floor"], 1e-12)
         lines.append(f"{name:34}{row['held_out']:15.4g}{ratio:12.3g}")
+    for one in error.get("takes", ()):
+        held, fitted = (
+            "-" if one[name] is None else f"{one[name]:.4g}" for name in ("held_out", "fit")
+        )
+        lines.append(f"  {one['take']}: {held} held out, {fitted} fitted")
     young = report["youngs_modulus"]["material"]
     first = report["modes"][0]
     lines.append(f"verdict: {diagnosis['verdict']}")

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import chi2 as chi2_law
 
 from .body import Body
-from .body_error import leaves, mends, row
+from .body_error import body_error, leaves, mends
 from .camera_layer import camera_effects
 from .compare import PIECES, Hypothesis, Measured
 from .dac import SURE
@@ -16,7 +16,7 @@ from .joint import Heard
 from .match import PAIR
 from .modal_layer import Suspect, suspects
 from .report import estimate
-from .residual import errors
+from .residual import Error, errors
 from .stranger import strangers, told
 from .sufficiency import ASTRAY, gained, strays
 from .turned import weighs
@@ -40,8 +40,8 @@ class Findings:
     ranking: list
     advice: list
     warnings: list
-    before: tuple | None = None  # (None, held-out, fit) of the declared body
-    rows: tuple = ()  # further rows of the chain
+    before: Error | None = None  # of the declared body
+    rows: tuple = ()  # (name, Error): further rows of the chain
     misfit: tuple[float, float] = (0.0, 0.0)  # of pitches and of shapes, declared body
     # effects in time that the found change of the body makes needless
     instead: tuple[str, ...] = ()
@@ -85,14 +85,13 @@ def examine(heard: Heard, verdict: Verdict, stiff: np.ndarray, sigma: np.ndarray
         return replace(found, minor=tuple((o.effect["name"], o.share) for o in seen))
     in_time = len(verdict.effects) > verdict.laws
     shown = [] if found.before or in_time else [one for one in large if one.before]
-    rows = [(None, *one.before) for one in shown[:1]]
     return replace(
         found,
         verdict="explained" if found.verdict == "adequate" else found.verdict,
         effects=[*found.effects, *(one.effect for one in large)],
         minor=tuple((o.effect["name"], o.share) for o in seen if o not in large),
-        before=found.before or (rows[0] if rows else None),
-        rows=(*found.rows, *((o.effect["name"], *errors(verdict.final)) for o in shown)),
+        before=found.before or (shown[0].before if shown else None),
+        rows=(*found.rows, *((o.effect["name"], errors(verdict.final)) for o in shown)),
     )
 
 
@@ -140,8 +139,8 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         and base.chi2 - s.hypothesis.chi2 > ENOUGH * over
         and not _may_be_nothing(s)
     ]
-    before = row(None, verdict, ground, base)
-    with_it = row(good[0].effect.name, verdict, ground, good[0].hypothesis) if good else None
+    before = body_error(verdict, ground, base)
+    with_it = body_error(verdict, ground, good[0].hypothesis) if good else None
     misfit = (float((base.pitch_pull**2).sum()), float(base.shape_chi2.sum()))
     free = errors(verdict.damped)
     mended = bool(good) and mends(with_it, before, free)
@@ -154,7 +153,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     if not good:
         return replace(plain, verdict="unexplained", before=before, misfit=misfit)
     best = good[0]
-    outweighed = before[2] > OUTWEIGHS * free[1]
+    outweighed = before.fit > OUTWEIGHS * free.fit
     clear = verdict.verdict != "unexplained" or outweighed
     clear = clear and mended and not strays(verdict.final, ASTRAY)
     found = "explained" if clear and leaves(with_it, before, free) <= LEFT else "unexplained"
@@ -165,7 +164,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         warnings=_sag_lines(ground, best.hypothesis),
         ranking=_ranking(ranked, verdict, ground),
         before=before,
-        rows=(with_it,),
+        rows=((best.effect.name, with_it),),
         misfit=misfit,
         instead=("split_modes",) if mended else (),  # a changed body parts its own pairs
         mesh_pitch=_mesh_pitch(best, heard, stiff),
@@ -278,7 +277,7 @@ def _ranking(ranked, verdict, ground) -> list[dict]:
     return [
         {
             "name": s.effect.name,
-            "held_out": row(s.effect.name, verdict, ground, s.hypothesis)[1],
+            "held_out": body_error(verdict, ground, s.hypothesis).held_out,
             "probability": p,
         }
         for s, p in zip(ranked, chances, strict=True)

@@ -72,7 +72,7 @@ def _motion(top, below, result) -> None:
         curves = ((final, GREEN, "before and after, nothing was added"),)
     for found, color, name in curves:
         left = factor * (data.values - found.predicted[index])[:, c]
-        text = f"{name}: {errors(found)[0]:.3g} held out"
+        text = f"{name}: {errors(found).held_out:.3g} held out"
         below.plot(data.time, left, color=color, lw=0.9, label=text)
     below.axhspan(-factor * data.sigma[c], factor * data.sigma[c], color=GREY, alpha=0.3, lw=0)
     for axes in (top, below):

@@ -51,7 +51,7 @@ def _is_better(again: Verdict, before: Verdict) -> bool:
     if before.verdict == "explained" != again.verdict or (before.effects and not again.effects):
         return False
     less = excess(again.final) < SHOWN * excess(before.final)
-    return less and not errors(again.final)[0] > errors(before.final)[0]
+    return less and not errors(again.final).held_out > errors(before.final).held_out
 
 
 def _with_effects(near: Heard, found: TimeFit, heard: Heard) -> TimeFit:

@@ -55,8 +55,13 @@ def write_json(content: dict, path: str | Path) -> None:
 
 def check_report(report: dict) -> None:
     """Raises ValueError, naming the field, where `report` is not what the contract describes."""
-    _check(report, REPORT, "report")
+    several = "takes" in report.get("error", ())
+    error_form = REPORT["error"] | (TAKES if several else {})
+    _check(report, REPORT | {"error": error_form}, "report")
     diagnosis, error = report["diagnosis"], report["error"]
+    for k, one in enumerate(error.get("takes", ())):
+        if one["held_out"] is None and one["fit"] is None:
+            raise ValueError(f"report.error.takes[{k}]: held_out and fit are both null.")
     for name in ("floor", "before", "after"):
         if error[name] is None and diagnosis["verdict"] != "refused":
             raise ValueError(f"report.error.{name} is null, though the verdict is not refused.")
@@ -196,6 +201,11 @@ MODE = BARE_MODE | {
     "amplitude_m": _at_least_zero,
     "model_frequency_hz": _or_null(_above_zero),
     "mac": _or_null(_share),
+}
+TAKES = {  # of the report's error, where there are several
+    "takes": [
+        {"take": _text, "held_out": _or_null(_at_least_zero), "fit": _or_null(_at_least_zero)}
+    ]
 }
 EFFECT = {"name": _effect, "parameters": _parameters, "probability": _share, "twins": [_effect]}
 REPORT = {

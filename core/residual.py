@@ -1,5 +1,7 @@
 """What a prediction leaves: how much, against which noise, and by which signature."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from .channels import Channels
@@ -26,8 +28,13 @@ def parts(takes: tuple[Channels, ...], held: bool) -> list[np.ndarray]:
 
 def nrmse(takes: tuple[Channels, ...], predicted, held: bool) -> float:
     """RMS of measured minus predicted over RMS of the motion about its mean, same samples."""
+    return _nrmse(takes, predicted, parts(takes, held)) or 0.0
+
+
+def _nrmse(takes, predicted, uses) -> float | None:
+    """The same over the samples `uses` [(T, C), ...]; None where there are none."""
     wrong = moved = 0.0
-    for data, guess, use in zip(takes, predicted, parts(takes, held), strict=True):
+    for data, guess, use in zip(takes, predicted, uses, strict=True):
         if not use.any():
             continue
         values = np.where(use, data.values, np.nan)
@@ -35,7 +42,7 @@ def nrmse(takes: tuple[Channels, ...], predicted, held: bool) -> float:
         mean = np.nanmean(values[:, busy], axis=0)
         moved += np.nansum((values[:, busy] - mean) ** 2)
         wrong += np.nansum((values - guess)[:, busy] ** 2)
-    return float(np.sqrt(wrong / max(moved, 1e-300)))
+    return float(np.sqrt(wrong / max(moved, 1e-300))) if any(u.any() for u in uses) else None
 
 
 def bic(found: TimeFit) -> float:
@@ -86,7 +93,32 @@ def excess(found: TimeFit) -> float:
     return float(np.sqrt(max(left / max(count, 1) - 1, 0)) / motion_rms(found.law.takes))
 
 
-def errors(found: TimeFit) -> tuple[float, float]:
-    """Held-out and fitted NRMSE."""
-    takes = found.law.takes
-    return nrmse(takes, found.predicted, True), nrmse(takes, found.predicted, False)
+@dataclass(frozen=True)
+class Error:
+    """NRMSE of a prediction, of all takes together and, of several, of each one by itself."""
+
+    held_out: float
+    fit: float
+    each: tuple[tuple[str, float | None, float | None], ...] = ()  # take, held out, fitted
+
+    def over(self, other: "Error", factor: float) -> tuple[bool, bool]:
+        """Whether it is more than `factor` times the other one, held out and fitted."""
+        return self.held_out > factor * other.held_out, self.fit > factor * other.fit
+
+
+def error_of(takes: tuple[Channels, ...], predicted) -> Error:
+    """The error of what is `predicted` [(T, C), ...] of the takes."""
+    both = [parts(takes, held) for held in (True, False)]
+    whole = [_nrmse(takes, predicted, uses) or 0.0 for uses in both]
+    if len(takes) == 1:
+        return Error(*whole)
+    alone = [
+        [_nrmse((t,), (p,), (u,)) for t, p, u in zip(takes, predicted, uses, strict=True)]
+        for uses in both
+    ]
+    return Error(*whole, tuple(zip((t.take.name for t in takes), *alone, strict=True)))
+
+
+def errors(found: TimeFit) -> Error:
+    """The error of a fit."""
+    return error_of(found.law.takes, found.predicted)

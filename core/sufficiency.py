@@ -31,7 +31,7 @@ def fails(declared: TimeFit) -> bool:
 def strays(found: TimeFit, much: float = FAR_OFF) -> bool:
     """Whether what was held out is mispredicted by `much` times its noise."""
     takes = found.law.takes
-    return errors(found)[0] > much * noise_share(takes, True) > 0
+    return errors(found).held_out > much * noise_share(takes, True) > 0
 
 
 def owes(found: TimeFit, declared: TimeFit) -> bool:
@@ -39,7 +39,7 @@ def owes(found: TimeFit, declared: TimeFit) -> bool:
     trifle of it: what they lack has a cause too.
     """
     noise = noise_share(declared.law.takes, True)
-    after, before = (errors(one)[0] for one in (found, declared))
+    after, before = (errors(one).held_out for one in (found, declared))
     if after > CLEARLY * noise > 0 and _beyond(after, noise) > TRIFLE * _beyond(before, noise):
         return True
     loud = found.chi2 > NOISY * found.samples

@@ -15,7 +15,7 @@ from .joint import Heard
 from .law import TimeFit, unpack
 from .match import ACROSS, likeness
 from .report import estimate, estimate_of
-from .residual import errors, noise_share
+from .residual import Error, errors, noise_share
 
 UNSURE = 10.0  # relative standard deviation of a size, at most
 DEAD = np.exp(-2)  # of what a mode was at the release: where less is left, what it was is a guess
@@ -239,41 +239,42 @@ def _told(value, slope, block, parameter) -> dict:
 
 def told_error(
     verdict: Verdict,
-    before: tuple | None,
-    tail: list[tuple],
+    before: Error | None,
+    tail: list[tuple[str, Error]],
     instead=(),
     far: TimeFit | None = None,
 ) -> dict:
     """The report's error: `before` replaces the row of the declared body where its own pitches
     and shapes leave more.
 
-    `tail` are rows (name, held-out, fit) of effects outside the time layer, put before those in
+    `tail` are rows (name, error) of effects outside the time layer, put before those in
     it. What the effects named `instead` take belongs to the last of them. `far`: the declared fit
     as the camera was declared, where all others see through a nearer one.
     """
     takes, laws = verdict.final.law.takes, verdict.laws
-    rows = [_row(name, *errors(found)) for name, found in verdict.chain[: laws + 1]]
+    rows = [(name, errors(found)) for name, found in verdict.chain[: laws + 1]]
     if before is not None:
-        rows[-1] = _row(rows[-1]["added"], *before[1:])
-    rows += [_row(*one) for one in tail]
+        rows[-1] = (rows[-1][0], before)
+    rows += tail
     for name, found in verdict.chain[laws + 1 :]:
         if name in instead:
-            rows[-1] = _row(rows[-1]["added"], *errors(found))
+            rows[-1] = (rows[-1][0], errors(found))
         else:
-            rows.append(_row(name, *errors(found)))
+            rows.append((name, errors(found)))
     if far is not None:
-        rows[0] |= {"added": perspective.EFFECT.name}
-        rows.insert(0, _row(None, *errors(far)))
-    return {
+        rows[0] = (perspective.EFFECT.name, rows[0][1])
+        rows.insert(0, (None, errors(far)))
+    after = rows[-1][1]
+    told = {
         "floor": noise_share(takes, True),
-        "before": rows[0]["held_out"],
-        "after": rows[-1]["held_out"],
-        "chain": rows,
+        "before": rows[0][1].held_out,
+        "after": after.held_out,
+        "chain": [{"added": name, "held_out": e.held_out, "fit": e.fit} for name, e in rows],
     }
-
-
-def _row(name: str | None, held: float, fitted: float) -> dict:
-    return {"added": name, "held_out": held, "fit": fitted}
+    if len(takes) == 1:
+        return told
+    each = [{"take": name, "held_out": held, "fit": fit} for name, held, fit in after.each]
+    return told | {"takes": each}
 
 
 def told_diagnosis(heard: Heard, verdict: Verdict, extra: dict) -> dict:
@@ -285,7 +286,7 @@ def told_diagnosis(heard: Heard, verdict: Verdict, extra: dict) -> dict:
     twins = [t for e in effects for t in e["twins"]]
     chances = probabilities(list(verdict.ranked), verdict.chain[0][1])
     ranking = [
-        {"name": c.names[0], "held_out": errors(c.found)[0], "probability": float(p)}
+        {"name": c.names[0], "held_out": errors(c.found).held_out, "probability": float(p)}
         for c, p in zip(verdict.ranked, chances, strict=True)
     ]
     return {

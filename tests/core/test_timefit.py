@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from core.baseline import _places, behind, build_law
-from core.body_error import leaves
 from core.channels import Channels
 from core.compare import Measured, compare, rematched
 from core.data import RingDown
@@ -56,7 +55,7 @@ def channels(values, sigma=NOISE, time=TIME):
     recording = SimpleNamespace(
         camera=None, markers=markers, values=values[:, :, None], start=None, stop=None
     )
-    take = SimpleNamespace(held_out=False, recording=recording)
+    take = SimpleNamespace(name="first", held_out=False, recording=recording)
     return Channels(
         time=time[:T],
         values=values,
@@ -520,14 +519,6 @@ def test_a_shaken_mode_answers_as_a_seismometer_does(ratio):
     assert np.abs(seen[late]).max() == pytest.approx(gain, rel=0.02)
 
 
-def test_what_a_change_of_the_body_leaves_is_counted_beyond_free_modes():
-    before, free = (None, 1.0, 0.8), (0.1, 0.05)
-    assert leaves(before, before, free) == pytest.approx(1.0)
-    assert leaves((None, 0.1, 0.05), before, free) == 0.0
-    assert leaves((None, 0.1, 0.4), before, free) == pytest.approx(0.5, rel=0.01)
-    assert leaves((None, 0.1, 0.05), (None, 0.1, 0.05), free) == 0.0  # nothing shows
-
-
 def test_the_objects_middle_lies_behind_markers_on_its_front():
     camera = SimpleNamespace(rows=np.eye(3))
     markers = [SimpleNamespace(position=np.array([x, 0.0, 0.0])) for x in (-0.1, 0.1)]
@@ -699,7 +690,6 @@ def test_a_support_that_shakes_is_known_in_a_held_out_take_and_the_body_answers_
 
     on = np.array([False, False, False, True])
     first = replace(channels(shaken(1, 3.1)), support=on, fit=np.ones(len(TIME), bool))
-    first = replace(first, take=SimpleNamespace(**vars(first.take), name="first"))
     other = replace(held_out(shaken(2, 2.3)), support=on)
     amplitude = (AMPLITUDE * SHAPE)[None].astype(complex)
     ring = RingDown(

@@ -1,0 +1,80 @@
+"""Errors of a prediction: of all takes, of each, and what a change of the body leaves of them."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from core.body_error import leaves, mends
+from core.channels import Channels
+from core.residual import Error, error_of
+
+FRAMES, RATE = 300, 100
+
+
+def waving(name: str, size: float, held_out: bool = False) -> Channels:
+    """A take of two markers that swing by `size`; the last third is held out of one that is not."""
+    time, last = np.arange(FRAMES) / RATE, 0.5 if held_out else 2.0
+    wave = size * np.sin(np.outer(time, [20.0, 33.0]))
+    wave[10:20, 1] = np.nan
+    return Channels(
+        time=time,
+        values=wave + np.array([3.0, -1.0]),
+        sigma=np.full(2, 1e-3),
+        fit=time < last,
+        marker=np.arange(2),
+        support=np.zeros(2, bool),
+        directions=np.zeros((2, 3)),
+        row=np.zeros(2),
+        rows=np.zeros((FRAMES, 2)),
+        rest=np.zeros(2),
+        quiet=np.full(2, np.nan),
+        take=SimpleNamespace(name=name, held_out=held_out),
+    )
+
+
+def missed(data: Channels, fitted: float, held: float) -> np.ndarray:
+    """A prediction that misses those shares of the swings about their mean."""
+    known = np.nan_to_num(data.values, nan=0.0)
+    out = known.copy()
+    for rows, share in ((data.fit, fitted), (~data.fit, held)):
+        out[rows] += share * (known[rows] - np.nanmean(data.values[rows], axis=0))
+    return out
+
+
+def test_each_takes_error_is_over_its_own_motion():
+    """The total is that of energies: the loud take counts for nearly all."""
+    loud, faint = waving("loud", 1.0), waving("faint", 0.1)
+    predicted = missed(loud, 0.1, 0.2), missed(faint, 0.5, 0.6)
+    error = error_of((loud, faint), predicted)
+    assert [name for name, *_ in error.each] == ["loud", "faint"]
+    assert np.array([one[1:] for one in error.each]) == pytest.approx(
+        np.array([[0.2, 0.1], [0.6, 0.5]])
+    )
+    assert error.held_out == pytest.approx(np.sqrt((0.2**2 + 0.06**2) / 1.01), rel=0.01)
+    assert error.fit == pytest.approx(np.sqrt((0.1**2 + 0.05**2) / 1.01), rel=0.01)
+
+
+def test_with_a_whole_take_held_out_no_other_one_is():
+    first, second = waving("first", 1.0), waving("second", 0.1, held_out=True)
+    error = error_of((first, second), (missed(first, 0.1, 9.0), missed(second, 9.0, 0.3)))
+    assert error.each == (
+        ("first", None, pytest.approx(0.1)),
+        ("second", pytest.approx(0.3), None),
+    )
+    assert error.held_out == pytest.approx(0.3) and error.fit == pytest.approx(0.1)
+
+
+def test_what_a_change_of_the_body_leaves_is_counted_beyond_free_modes():
+    before, free = Error(1.0, 0.8), Error(0.1, 0.05)
+    assert leaves(before, before, free) == pytest.approx(1.0)
+    assert leaves(Error(0.1, 0.05), before, free) == 0.0
+    assert leaves(Error(0.1, 0.4), before, free) == pytest.approx(0.5, rel=0.01)
+    assert leaves(Error(0.1, 0.05), Error(0.1, 0.05), free) == 0.0  # nothing shows
+
+
+def test_a_change_of_the_body_mends_what_shows_held_out_or_fitted():
+    before, free = Error(1.0, 0.06), Error(0.1, 0.05)  # what was fitted shows nothing
+    assert mends(Error(0.7, 0.06), before, free)
+    assert not mends(Error(0.9, 0.01), before, free)
+    assert mends(Error(9.0, 9.0), Error(0.1, 0.05), free)
