@@ -9,6 +9,7 @@ which costs the more the further they lie apart.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -37,16 +38,25 @@ class Measured:
     softer: float = 1.0  # static over dynamic stiffness, where a relaxation was found
     sag_error: float = 0.05  # relative: geometry, density and creep
 
-    @property
+    @cached_property
     def weight(self) -> np.ndarray:
         """(K + 1,) of every pitch's logarithm, and of half the sag's."""
         return np.r_[self.error, self.sag_error / 2] ** -2.0
 
-    @property
+    @cached_property
+    def seen(self) -> np.ndarray:
+        """(K,) how many channels tell anything of each shape."""
+        return (1 / self.shape_error > UNSEEN).sum(axis=1)
+
+    @cached_property
+    def weighed(self) -> np.ndarray:
+        """(K, C) shapes over their errors."""
+        return self.shapes / self.shape_error
+
+    @cached_property
     def sure(self) -> np.ndarray:
         """(K,) share of every shape that is no noise, by which it tells a mode."""
-        weight = 1 / self.shape_error
-        power = ((self.shapes * weight) ** 2).sum(axis=1) / (weight > UNSEEN).sum(axis=1)
+        power = (self.weighed**2).sum(axis=1) / self.seen
         return np.maximum(power - 1, 0) / np.maximum(power, 1)
 
 
@@ -69,11 +79,11 @@ class Hypothesis:
         return self.frequency / np.sqrt(self.modulus)
 
 
-def compare(measured: Measured, values, shapes, unit=None) -> Hypothesis | None:
+def compare(measured: Measured, values, shapes, unit=None, *, most=np.inf) -> Hypothesis | None:
     """The measurements against eigenvalues (m,) at 1 Pa and shapes (m, C) as seen.
 
     unit (C,): the sag at 1 Pa as seen, or None. None where no low mode moves as the first
-    measured one does.
+    measured one does, or where it costs more than `most`.
     """
     own = np.sqrt(np.maximum(values, 1e-300)) / (2 * np.pi)
     best = None
@@ -81,8 +91,8 @@ def compare(measured: Measured, values, shapes, unit=None) -> Hypothesis | None:
     for first in np.flatnonzero(own <= own[:FIRST][-1] * (1 + TURNED)):  # near ones change places
         partners = _partners(measured, own, alike, first)
         if partners is not None:
-            most = np.inf if best is None else best.chi2
             best = _at_best_modulus(measured, own, shapes, partners, unit, most=most) or best
+            most = most if best is None else best.chi2
     return best
 
 
@@ -138,7 +148,21 @@ def _solved(gram: np.ndarray, right: np.ndarray) -> np.ndarray:
     """The normal equations' least solution: two modes of a pair may look the same."""
     size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     right = (right.T / size).T
-    return (np.linalg.lstsq(gram / np.outer(size, size), right, rcond=DEPENDENT)[0].T / size).T
+    known = gram / np.outer(size, size) + DEPENDENT * np.eye(len(gram))
+    return (np.linalg.solve(known, right).T / size).T
+
+
+def _mixed(modes, wanted, gap, many: float) -> tuple[np.ndarray, float]:
+    """How much of every one of the `modes` (n, C), distances `gap` (n,) from the first-named one's
+    pitch, makes the `wanted` shape (C,), both over its errors, and what having them costs.
+    """
+    power = np.einsum("ij,ij->i", modes, modes)
+    if len(modes) == 1:
+        return modes @ wanted / max(float(power[0]), 1e-300), 0.0
+    scale = power.max() / max(wanted @ wanted, 1e-12)
+    keep = np.where(gap < PAIR, 0.0, (gap / MIXING) ** 2 * scale)
+    part = _solved(modes @ modes.T + np.diag(keep / many), modes @ wanted)
+    return part, keep @ part**2
 
 
 def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
@@ -154,7 +178,8 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
             weight = measured.weight
     log_root = (weight @ ratio) / weight.sum()
     pull = (ratio - log_root) * np.sqrt(weight)
-    if not (pull**2).sum() < most:
+    whole = float(pull @ pull)
+    if not whole < most:
         return None
     modulus = float(np.exp(2 * log_root))
     if weigh:
@@ -163,23 +188,16 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
     for k, j in enumerate(partners):
         gap = np.abs(own / own[j] - 1)
         near = gap < TURNED
-        pair, gap = shapes[near], gap[near]
-        w = 1 / measured.shape_error[k]
-        weighed, wanted = pair * w, measured.shapes[k] * w
-        many = min(1.0, PIECES / (w > UNSEEN).sum())
-        keep = np.zeros(len(pair))
-        if len(pair) == 1:
-            part = weighed @ wanted / max(float(weighed[0] @ weighed[0]), 1e-300)
-        else:
-            size, power = np.linalg.norm(weighed, axis=1).max(), max(wanted @ wanted, 1e-12)
-            keep = np.where(gap < PAIR, 0.0, (gap * size / MIXING) ** 2 / power)
-            part = _solved(weighed @ weighed.T + np.diag(keep / many), weighed @ wanted)
+        pair = shapes[near]
+        weighed, wanted = pair / measured.shape_error[k], measured.weighed[k]
+        many = min(1.0, PIECES / measured.seen[k])
+        part, kept = _mixed(weighed, wanted, gap[near], many)
+        left = wanted - part @ weighed
         fitted.append(part @ pair)
-        left = ((measured.shapes[k] - fitted[-1]) * w) ** 2
-        chi2.append(left.sum() * many + keep @ part**2)
-    whole = float((pull**2).sum() + np.sum(chi2))
-    if not whole < most:
-        return None
+        chi2.append(left @ left * many + kept)
+        whole += float(chi2[-1])
+        if not whole < most:
+            return None
     return Hypothesis(
         whole,
         modulus,

@@ -12,7 +12,7 @@ from .compare import PIECES, Hypothesis, compare
 from .effects import MODAL_EFFECTS
 from .effects.base import Effect, Family
 from .errors import DataError
-from .factorization import factorize
+from .factorization import Factorization, factorize
 from .ground import Ground
 from .side_by_side import side_by_side
 
@@ -45,8 +45,8 @@ def suspects(ground: Ground, names: list[str]) -> list[Suspect]:
     """Every modal effect not in `names`, fitted; best evidence first."""
     first = ground.body.modes.shapes.reshape(-1, ground.body.modes.shapes.shape[2])
 
-    def solve(model, count):
-        return improved(model, first[:, :count])
+    def solve(model, count, factor=None):
+        return improved(model, first[:, :count], factor)
 
     def fitted(effect):
         try:
@@ -63,20 +63,27 @@ def suspects(ground: Ground, names: list[str]) -> list[Suspect]:
     return sorted((s for s in out if s is not None), key=lambda s: -s.evidence)
 
 
-def improved(model, shapes: np.ndarray) -> np.ndarray:
+def improved(model, shapes: np.ndarray, factor: Factorization | None = None) -> np.ndarray:
     """(3P, n) nearly the lowest modes of a model that is a little other than that of `shapes`.
+
+    factor: of its stiffness among the free unknowns, where that is known.
 
     Inverse iteration of the whole block: what is near a low mode turns into it (Bathe, Finite
     Element Procedures, 11.6). The basis that they go into sorts out the rest.
     """
     free = model.free
-    factor = factorize(model.stiffness[free][:, free], np.repeat(model.points, 3, axis=0)[free])
+    factor = factor or factorize(model.stiffness[free][:, free], _at(model)[free])
     mass, x = model.mass[free][:, free], shapes[free]
     for _ in range(ITERATIONS):
         x, _ = np.linalg.qr(factor.solve(mass @ x))
     out = np.zeros_like(shapes)
     out[free] = x
     return out
+
+
+def _at(model) -> np.ndarray:
+    """(3P, 3) where every unknown is."""
+    return np.repeat(model.points, 3, axis=0)
 
 
 def _fit(effect: Effect, families: Iterable[Family], ground: Ground) -> Suspect | None:
@@ -109,7 +116,7 @@ def _pieces(ground: Ground) -> float:
 
 def _best(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
     look = _looker(effect, family, ground)
-    costs = np.array([look(theta)[1] for theta in family.grid])
+    costs = _costs(look, family, ground)
     if not np.isfinite(costs).any():
         return None
     tried = [_refined(look, family, start) for start in _best_choices(family, costs)]
@@ -135,6 +142,25 @@ def _best(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
     return Suspect(effect, found, theta, told, float(evidence), float(cost), near)
 
 
+def _costs(look, family: Family, ground: Ground) -> np.ndarray:
+    """(n,) what every grid point costs; infinite where that is more than matters.
+
+    Those of the best choices matter, those of the grid's first one, and what comes near the best.
+    """
+    costs, best = np.full(len(family.grid), np.inf), {}
+    most = np.inf
+    for i, theta in enumerate(family.grid):
+        choice = tuple(theta[: family.frozen])
+        first = choice[:1] == tuple(family.grid[0][: family.frozen][:1])
+        found, costs[i] = look(theta, np.inf if first else most)
+        if found is not None and costs[i] < best.get(choice, (np.inf,))[0]:
+            best[choice] = costs[i], _wide(found, ground)
+            few = sorted(best.values())[: family.choices]
+            near = few[0][0] + few[0][1]
+            most = max(few[-1][0], near) if len(few) == family.choices else np.inf
+    return costs
+
+
 def _edges(look, family: Family, theta: np.ndarray, level: float) -> list[np.ndarray]:
     """theta with each of its numbers moved either way to where the cost reaches `level`.
 
@@ -146,12 +172,12 @@ def _edges(look, family: Family, theta: np.ndarray, level: float) -> list[np.nda
             far = (family.high if way > 0 else family.low)[i] - theta[i]
             span = np.ptp(family.grid[:, i]) or family.high[i] - family.low[i]
             near, step = 0.0, way * span / 200
-            while abs(step) < abs(far) and look(_moved(theta, i, step))[1] < level:
+            while abs(step) < abs(far) and look(_moved(theta, i, step), level)[1] < level:
                 near, step = step, 2 * step
             far = step if abs(step) < abs(far) else far
             for _ in range(HALVINGS):
                 middle = (near + far) / 2
-                if look(_moved(theta, i, middle))[1] < level:
+                if look(_moved(theta, i, middle), level)[1] < level:
                     near = middle
                 else:
                     far = middle
@@ -209,7 +235,7 @@ def _refined(look, family: Family, theta: np.ndarray) -> np.ndarray:
 
 
 def _looker(effect: Effect, family: Family, ground: Ground):
-    """theta -> the hypothesis there and what it costs."""
+    """(theta, most) -> the hypothesis there and what it costs; None where that is above `most`."""
     body, measured = ground.body, ground.measured
     seen = body.seen(ground.data, family.basis.reshape(len(body.model.points), 3, -1)).T  # (C, r)
     own = None if ground.pull is None else family.basis.T @ ground.pull
@@ -217,21 +243,24 @@ def _looker(effect: Effect, family: Family, ground: Ground):
     count = min(len(ground.shrink), family.basis.shape[1])
     known = {}
 
-    def look(theta):
+    def look(theta, most=np.inf):
         theta = np.asarray(theta, float)
         key = theta.tobytes()
-        if key not in known:
-            known[key] = solved(theta)
-        return known[key]
+        if key in known:
+            return known[key]
+        answer = solved(theta, most)
+        if answer[0] is not None or most == np.inf:
+            known[key] = answer
+        return answer
 
-    def solved(theta):
+    def solved(theta, most):
         K, M = family.matrices(theta)
         values, x = eigh(K, M, subset_by_index=[0, count - 1])
         unit = None
         if own is not None:
             pull = own + (family.weight(theta, gravity) if family.weight else 0)
             unit = seen @ np.linalg.solve(K, pull)
-        found = compare(measured, values * ground.shrink[:count], (seen @ x).T, unit)
+        found = compare(measured, values * ground.shrink[:count], (seen @ x).T, unit, most=most)
         if found is None:
             return None, np.inf
         if effect.name == "gravity_preload":  # the modulus that carries the weight is the one found

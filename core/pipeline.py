@@ -168,6 +168,11 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
     low = found.low * less * findings.stiffer / findings.stiffest
     found = replace(found, low=low, high=found.high * more)
     real = material(found, stiff[j], sigma[j])
+
+    def computed_pitch(j: int) -> float:
+        own = findings.mesh_frequency(heard.body.modes.frequency[j], j)
+        return float(own * np.sqrt(found.value * findings.stiffer))
+
     first = verdict.chain[0][1]
     bare = apparent(true_frequency(heard, first)[k], 0.0, mesh_frequency)
     told = told_diagnosis(
@@ -199,7 +204,7 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
             "stiffening": float(stiff[0]),
         },
         "youngs_modulus": told_modulus(found, real),
-        "modes": told_modes(heard, final, found.value * findings.stiffer, true),
+        "modes": told_modes(heard, final, computed_pitch, true),
         "error": told_error(
             verdict,
             findings.before,

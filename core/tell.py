@@ -1,5 +1,6 @@
 """Everything that was found, as the report of the contract."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -32,10 +33,13 @@ def inflation(found: TimeFit) -> float:
     return 1.0 + max(found.chi2 / max(found.samples, 1) - 1, 0.0) * together
 
 
-def told_modes(heard: Heard, found: TimeFit, modulus: float, true: np.ndarray) -> list[dict]:
-    """The report's modes, strongest first; `modulus` (Pa) as this mesh swings with it.
+def told_modes(
+    heard: Heard, found: TimeFit, computed_pitch: Callable, true: np.ndarray
+) -> list[dict]:
+    """The report's modes, strongest first.
 
-    `true` (K,) Hz: their pitches, unfolded where the frame rate folded them.
+    computed_pitch(j) -> Hz of computed mode j as the body is found to be. `true` (K,) Hz: the
+    measured pitches, unfolded where the frame rate folded them.
     """
     K = found.law.modes
     sigma = np.sqrt(np.maximum(np.diag(found.covariance), 0) * inflation(found))
@@ -51,13 +55,12 @@ def told_modes(heard: Heard, found: TimeFit, modulus: float, true: np.ndarray) -
         mac = None if j is None else likeness(found.shapes[k], seen, body.modes.frequency, j)
         if mac is not None and mac < ACROSS and size[k] < max(size):  # it has become another one
             j = mac = None
-        computed = None if j is None else body.modes.frequency[j] * np.sqrt(modulus)
         out.append(
             {
                 "natural_frequency_hz": estimate(f, f - spread[0], f + spread[0]),
                 "damping_ratio": estimate(z, max(z - spread[1], 0.0), z + spread[1]),
                 "amplitude_m": size[k],
-                "model_frequency_hz": computed,
+                "model_frequency_hz": None if j is None else computed_pitch(j),
                 "mac": None if mac is None else float(np.clip(mac, 0, 1)),
             }
         )

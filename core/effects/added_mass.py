@@ -9,16 +9,16 @@ Looks like  graded_stiffness, compliant_pin; a take with a known mass on top set
 Source      Rayleigh, The Theory of Sound, vol. 1, ch. IV; Johnson, Contact Mechanics (1985), ch. 3
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from ..boundary import boundary
 from ..data import Load, Surface
 from ..elasticity import add_loads, lump_operator, lump_radius, surface_quadrature
-from ..factorization import factorize
+from ..factorization import Factorization, factorize
 from ..surface import closest_point
 from .base import Effect, Family, Parameter, reduced_basis
 
@@ -52,8 +52,36 @@ def families(body, solve):
     at, _, areas = surface_quadrature(body.model)
     on, reach = (at @ body.model.points.ravel()).reshape(-1, 3), np.sqrt(areas.sum() / PLACES)
     places = _spread(on, PLACES)
+    free = body.model.free
+    bearer = Bearer(body, solve, factorize(body.model.stiffness[free][:, free]))
     search = Search(places, sizes, places[:RESPONSES], (), SEATS[:1], WIDTHS[:1], reach)
-    return (_family(body, solve, search),)
+    return (_family(bearer, search),)
+
+
+@dataclass(frozen=True, eq=False)
+class Bearer:
+    """The body that bears the lump, its stiffness factorized once: a mass changes none of it."""
+
+    body: object
+    solve: Callable
+    factor: Factorization
+
+    @property
+    def mass(self) -> float:
+        """kg."""
+        return self.body.bare.mesh.volume * self.body.bare.material.density
+
+    def modes(self, mass: float, place: np.ndarray) -> np.ndarray:
+        """(3P, n) about the lowest with a lump of `mass` kg."""
+        heavy = change_model(self.body.model, (mass, *place))
+        return self.solve(heavy, self.body.modes.shapes.shape[2], self.factor)
+
+    def give(self, pushes) -> np.ndarray:
+        """(3P, k) m how it gives to forces (k, 3P) at 1 Pa, where it does at all."""
+        free = self.body.model.free
+        static = np.zeros((pushes.shape[1], pushes.shape[0]))
+        static[free] = self.factor.solve(pushes[:, free].T.toarray())
+        return static[:, np.linalg.norm(static, axis=0) > 0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,18 +99,17 @@ class Search:
     halvings: int = 0
     last: bool = False
 
-    def around(self, body, solve, place: int, mass: float):
+    def around(self, bearer: Bearer, place: int, mass: float):
         """The next one, with the lump at that place; mass over the body's, a logarithm."""
-        centre, own = self.places[place], body.bare.mesh.volume * body.bare.material.density
+        centre, heavy = self.places[place], bearer.mass * np.exp(mass)
         moved = (place > 0 or not self.modes) and self.walks < WALKS
         reach, halvings = self.reach / (1 if moved else 2), self.halvings + (not moved)
-        around = _around(body.model.mesh, centre, reach)
-        last = halvings > HALVINGS or reach < CLOSE * lump_radius(own * np.exp(mass))
+        around = _around(bearer.body.model.mesh, centre, reach)
+        last = halvings > HALVINGS or reach < CLOSE * lump_radius(heavy)
         some = np.vstack([centre, _spread(around, NEAR)]) if len(around) else centre[None]
         modes = self.modes
         if place > 0 or not modes:
-            heavy = change_model(body.model, (own * np.exp(mass), *centre))
-            modes = (solve(heavy, body.modes.shapes.shape[2]),)
+            modes = (bearer.modes(heavy, centre),)
         sizes = mass + np.linspace(-1, 1, 5) * (0.25 if last else 0.5)
         walks = self.walks + 1 if moved else 0
         return Search(
@@ -99,16 +126,12 @@ class Search:
         )
 
 
-def _family(body, solve, search: Search) -> Family:
-    model, own = body.model, body.bare.mesh.volume * body.bare.material.density
+def _family(bearer: Bearer, search: Search) -> Family:
+    body, model, own = bearer.body, bearer.body.model, bearer.mass
     radii = lump_radius(own * np.exp(np.mean(search.sizes))) * np.array(search.widths)
-    factor = factorize(model.stiffness[model.free][:, model.free])
     basis = [body.modes.shapes.reshape(-1, body.modes.shapes.shape[2]), *search.modes]
     for radius in radii:
-        pushes = lump_operator(model, search.giving, radius)[:, model.free].T.toarray()
-        static = np.zeros((3 * len(model.points), pushes.shape[1]))
-        static[model.free] = factor.solve(pushes)
-        basis.append(static[:, np.linalg.norm(static, axis=0) > 0])
+        basis.append(bearer.give(lump_operator(model, search.giving, radius)))
     basis = reduced_basis(basis, model.mass)
     K, r = basis.T @ (model.stiffness @ basis), basis.shape[1]
     at = [
@@ -124,10 +147,13 @@ def _family(body, solve, search: Search) -> Family:
         width = int(theta[2])
         N, spring = along @ at[width][int(theta[0])], radii[width] / np.exp(theta[3])
         inertia = own * np.exp(theta[4]) * (along + STILL * (np.eye(3) - along))
-        stiffness = np.block(
-            [[K + spring * N.T @ N, -spring * N.T], [-spring * N, spring * np.eye(3)]]
-        )
-        return stiffness, block_diag(np.eye(r), inertia)
+        stiffness, mass = np.empty((r + 3, r + 3)), np.eye(r + 3)
+        stiffness[:r, :r] = K + spring * N.T @ N
+        stiffness[r:, :r] = -spring * N
+        stiffness[:r, r:] = stiffness[r:, :r].T
+        stiffness[r:, r:] = spring * np.eye(3)
+        mass[r:, r:] = inertia
+        return stiffness, mass
 
     def report(theta, youngs_modulus):
         place = search.places[int(theta[0])]
@@ -137,7 +163,7 @@ def _family(body, solve, search: Search) -> Family:
         return np.r_[np.zeros(r), own * np.exp(theta[4]) * gravity]
 
     def nearer(theta):
-        return _family(body, solve, search.around(body, solve, int(theta[0]), theta[4]))
+        return _family(bearer, search.around(bearer, int(theta[0]), theta[4]))
 
     places, hangs = range(len(search.places)), range(1 if down is None else 2)
     widths, seats = range(len(radii)), np.log(search.seats)

@@ -222,6 +222,9 @@ def test_the_sag_that_is_told_is_that_of_the_body_with_what_was_found_on_it(tmp_
     measured, predicted = (float(x) for x in re.findall(r"([0-9][-+.e0-9]*) m ", line))
     assert measured == pytest.approx(sag, rel=0.02)
     assert predicted == pytest.approx(sag, rel=0.1)  # the bare body sags a fifth less
+    for mode in report["modes"]:  # the bare body's first pitch is 43 % higher
+        measured = mode["natural_frequency_hz"]["value"]
+        assert mode["model_frequency_hz"] == pytest.approx(measured, rel=0.03)
 
 
 @pytest.mark.slow

@@ -105,7 +105,7 @@ def test_a_lump_is_found_where_it_sits_however_soft_its_seat_is(place):
         body=one, data=None, measured=measured, base=base, shrink=np.ones(16), pull=None
     )
     first = modes.shapes.reshape(-1, 16)
-    families = added_mass.families(one, lambda m, n: improved(m, first[:, :n]))
+    families = added_mass.families(one, lambda m, n, factor: improved(m, first[:, :n], factor))
     found = _fit(added_mass.EFFECT, families, ground)
     assert found.told["mass"] == pytest.approx(mass, rel=0.08)
     assert np.linalg.norm(found.told["position"] - x) < 0.2 * lump_radius(mass)
