@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import chi2 as chi2_law
 
 from .body import Body
-from .body_error import body_error, leaves, mends
+from .body_error import SHOWN, body_error, leaves, mends
 from .camera_layer import camera_effects
 from .compare import PIECES, Hypothesis, Measured
 from .dac import SURE
@@ -48,6 +48,7 @@ class Findings:
     mesh_pitch: dict | None = None  # computed mode -> Hz at 1 Pa with the effect
     # computed mode -> least and most Young's modulus over the best, as far as the effect is known
     moduli: dict | None = None
+    doubtful: bool = False  # whether the body is another one, and what it is no more than a guess
     stiffer: float = 1.0  # dynamic over static stiffness of the first mode
     stiffest: float = 1.0  # the same at most, where that is in doubt
     minor: tuple = ()  # (name, share of the motion) of the camera's effects that are too small
@@ -150,13 +151,13 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
             "no known effect mends that."
         )
         return replace(plain, warnings=[*plain.warnings, line])
-    if not good:
-        return replace(plain, verdict="unexplained", before=before, misfit=misfit)
-    best = good[0]
+    if not good or _misleads(with_it, before, free):
+        return replace(plain, verdict="unexplained", before=before, misfit=misfit, doubtful=True)
+    best, left = good[0], leaves(with_it, before, free)
     outweighed = before.fit > OUTWEIGHS * free.fit
     clear = verdict.verdict != "unexplained" or outweighed
     clear = clear and mended and not strays(verdict.final, ASTRAY)
-    found = "explained" if clear and leaves(with_it, before, free) <= LEFT else "unexplained"
+    found = "explained" if clear and left <= LEFT else "unexplained"
     return replace(
         plain,
         verdict=found,
@@ -169,7 +170,15 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         instead=("split_modes",) if mended else (),  # a changed body parts its own pairs
         mesh_pitch=_mesh_pitch(best, heard, stiff),
         moduli=_moduli(best, heard),
+        doubtful=left > LEFT,
     )
+
+
+def _misleads(with_it: Error, before: Error, free: Error) -> bool:
+    """Whether a change of the body foretells what was held out worse than the declared one, which
+    itself misses it clearly.
+    """
+    return before.over(free, SHOWN)[0] and with_it.held_out > before.held_out
 
 
 def _alike(modes, heard: Heard) -> bool:

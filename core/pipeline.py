@@ -29,7 +29,15 @@ from .ringdown import find_release
 from .side_by_side import meanwhile
 from .signatures import budget
 from .stiffening import converged_eigenvalues, moved, stiffening
-from .tell import inflation, told_diagnosis, told_error, told_modes, told_modulus, told_without
+from .tell import (
+    each_modulus,
+    inflation,
+    told_diagnosis,
+    told_error,
+    told_modes,
+    told_modulus,
+    told_without,
+)
 from .tets import kept_or_cut, key, save_tets
 from .weight import carries_weight, with_weight
 
@@ -167,7 +175,6 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
     less, more = findings.modulus_span(j)
     low = found.low * less * findings.stiffer / findings.stiffest
     found = replace(found, low=low, high=found.high * more)
-    real = material(found, stiff[j], sigma[j])
 
     def computed_pitch(j: int) -> float:
         own = findings.mesh_frequency(heard.body.modes.frequency[j], j)
@@ -175,6 +182,10 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
 
     first = verdict.chain[0][1]
     bare = apparent(true_frequency(heard, first)[k], 0.0, mesh_frequency)
+    if findings.doubtful:  # any mode's own may be as right
+        alone = [found.low, found.high, *each_modulus(heard, final, true)]
+        found = replace(found, low=min(alone), high=max(alone))
+    real = material(found, stiff[j], sigma[j])
     told = told_diagnosis(
         heard,
         verdict,

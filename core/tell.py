@@ -18,6 +18,7 @@ from .match import ACROSS, likeness
 from .report import estimate, estimate_of
 from .residual import Error, errors, noise_share
 
+CLEARLY = 0.8  # MAC from which a shape is clearly a computed one's
 UNSURE = 10.0  # relative standard deviation of a size, at most
 DEAD = np.exp(-2)  # of what a mode was at the release: where less is left, what it was is a guess
 
@@ -64,6 +65,19 @@ def told_modes(
                 "mac": None if mac is None else float(np.clip(mac, 0, 1)),
             }
         )
+    return out
+
+
+def each_modulus(heard: Heard, found: TimeFit, true: np.ndarray) -> list[float]:
+    """Pa, of the declared body by the pitch of each mode alone whose shape is clearly a computed
+    one's; `true` as in `told_modes`.
+    """
+    body = heard.body
+    seen = body.seen(found.law.takes[found.law.fitted[0]])
+    out = []
+    for k, j in enumerate(heard.match.modes):
+        if j is not None and likeness(found.shapes[k], seen, body.modes.frequency, j) > CLEARLY:
+            out.append(float((true[k] / body.modes.frequency[j]) ** 2))
     return out
 
 

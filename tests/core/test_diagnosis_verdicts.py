@@ -653,3 +653,13 @@ def test_what_is_planted_is_named_alone_with_nothing_left(kind, seed, tmp_path):
     assert report["diagnosis"]["verdict"] == "explained"
     modulus = report["youngs_modulus"]["material"]["value"]
     assert abs(modulus / truth["youngs_modulus"] - 1) < 0.03
+
+
+@pytest.mark.slow
+def test_a_body_that_nothing_known_explains_has_a_modulus_as_unsure_as_its_modes_say(tmp_path):
+    """A mass that swings inside a bar shifts its first pitch to 82 % and leaves the second."""
+    truth = make("absent:tuned_absorber", 673882, tmp_path)
+    report = calibrate_case(tmp_path / "case.toml").report
+    assert report["diagnosis"]["verdict"] == "unexplained"
+    low, high = report["youngs_modulus"]["material"]["ci95"]
+    assert low < truth["youngs_modulus"] < high

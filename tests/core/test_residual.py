@@ -7,6 +7,7 @@ import pytest
 
 from core.body_error import leaves, mends
 from core.channels import Channels
+from core.findings import _misleads
 from core.residual import Error, error_of
 
 FRAMES, RATE = 300, 100
@@ -78,3 +79,10 @@ def test_a_change_of_the_body_mends_what_shows_held_out_or_fitted():
     assert mends(Error(0.7, 0.06), before, free)
     assert not mends(Error(0.9, 0.01), before, free)
     assert mends(Error(9.0, 9.0), Error(0.1, 0.05), free)
+
+
+def test_a_change_of_the_body_that_foretells_worse_is_not_named():
+    free = Error(0.1, 0.05)
+    assert _misleads(Error(1.3, 0.4), Error(1.0, 0.9), free)
+    assert not _misleads(Error(0.8, 0.4), Error(1.0, 0.9), free)
+    assert not _misleads(Error(0.13, 0.06), Error(0.12, 0.9), free)  # what was fitted shows it
