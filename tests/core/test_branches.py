@@ -44,7 +44,7 @@ def test_two_times_are_found_and_predict_what_was_held_out():
     both = with_branch(single, 1)
     assert both.chi2 < 1.1 * both.samples
     noise = noise_share(both.law.takes, True)
-    assert errors(single)[0] > 1.5 * noise and errors(both)[0] < 1.1 * noise
+    assert errors(single).held_out > 1.5 * noise and errors(both).held_out < 1.1 * noise
     assert with_branch(both, 1) is both
 
 
