@@ -8,6 +8,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from core import plot
+from core.residual import Error
 
 MODE = {
     "natural_frequency_hz": {"value": 5.0, "ci95": [4.99, 5.01]},
@@ -50,7 +51,7 @@ def result(*, added=(), ranking=(), modes=1, budget=None):
 @pytest.fixture
 def drawn(monkeypatch, tmp_path):
     """Draws and gives the figure; matplotlib may not warn."""
-    monkeypatch.setattr(plot, "errors", lambda _: (0.05, 0.05))
+    monkeypatch.setattr(plot, "errors", lambda _: Error(0.05, 0.05))
     kept, save = [], Figure.savefig
     monkeypatch.setattr(Figure, "savefig", lambda f, *a, **k: (kept.append(f), save(f, *a, **k))[1])
 
