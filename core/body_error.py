@@ -72,6 +72,13 @@ def leaves(after: Error, before: Error, free: Error) -> float:
     return float(np.sqrt(max(over, default=0.0)))
 
 
+def misleads(with_it: Error, before: Error, free: Error) -> bool:
+    """Whether a change of the body foretells what was held out worse than the declared one, which
+    itself misses it clearly.
+    """
+    return before.over(free, SHOWN)[0] and with_it.held_out > before.held_out
+
+
 def _shown(after: Error, before: Error, free: Error) -> list[tuple[float, float, float]]:
     """(after, before, free) held out and fitted, where the body's error shows."""
     pairs = zip(before.over(free, SHOWN), ("held_out", "fit"), strict=True)

@@ -153,8 +153,8 @@ def _solved(gram: np.ndarray, right: np.ndarray) -> np.ndarray:
 
 
 def _mixed(modes, wanted, gap, many: float) -> tuple[np.ndarray, float]:
-    """How much of every one of the `modes` (n, C), distances `gap` (n,) from the first-named one's
-    pitch, makes the `wanted` shape (C,), both over its errors, and what having them costs.
+    """How much of every one of the `modes` (n, C) makes the `wanted` shape (C,), both over its
+    errors, and what having them costs; `gap` (n,): of their pitches to the matched one's, relative.
     """
     power = np.einsum("ij,ij->i", modes, modes)
     if len(modes) == 1:

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import chi2 as chi2_law
 
 from .body import Body
-from .body_error import SHOWN, body_error, leaves, mends
+from .body_error import body_error, leaves, mends, misleads
 from .camera_layer import camera_effects
 from .compare import PIECES, Hypothesis, Measured
 from .dac import SURE
@@ -151,7 +151,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
             "no known effect mends that."
         )
         return replace(plain, warnings=[*plain.warnings, line])
-    if not good or _misleads(with_it, before, free):
+    if not good or misleads(with_it, before, free):
         return replace(plain, verdict="unexplained", before=before, misfit=misfit, doubtful=True)
     best, left = good[0], leaves(with_it, before, free)
     outweighed = before.fit > OUTWEIGHS * free.fit
@@ -172,13 +172,6 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         moduli=_moduli(best, heard),
         doubtful=left > LEFT,
     )
-
-
-def _misleads(with_it: Error, before: Error, free: Error) -> bool:
-    """Whether a change of the body foretells what was held out worse than the declared one, which
-    itself misses it clearly.
-    """
-    return before.over(free, SHOWN)[0] and with_it.held_out > before.held_out
 
 
 def _alike(modes, heard: Heard) -> bool:

@@ -183,7 +183,7 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
     first = verdict.chain[0][1]
     bare = apparent(true_frequency(heard, first)[k], 0.0, mesh_frequency)
     if findings.doubtful:  # any mode's own may be as right
-        alone = [found.low, found.high, *each_modulus(heard, final, true)]
+        alone = [found.low, found.high, *each_modulus(heard, final, true / stiffer)]
         found = replace(found, low=min(alone), high=max(alone))
     real = material(found, stiff[j], sigma[j])
     told = told_diagnosis(

@@ -26,13 +26,10 @@ def parts(takes: tuple[Channels, ...], held: bool) -> list[np.ndarray]:
     return out
 
 
-def nrmse(takes: tuple[Channels, ...], predicted, held: bool) -> float:
-    """RMS of measured minus predicted over RMS of the motion about its mean, same samples."""
-    return _nrmse(takes, predicted, parts(takes, held)) or 0.0
-
-
 def _nrmse(takes, predicted, uses) -> float | None:
-    """The same over the samples `uses` [(T, C), ...]; None where there are none."""
+    """RMS of measured minus predicted over RMS of the motion about its mean, over the samples
+    `uses` [(T, C), ...]; None where there are none.
+    """
     wrong = moved = 0.0
     for data, guess, use in zip(takes, predicted, uses, strict=True):
         if not use.any():
@@ -51,7 +48,7 @@ def bic(found: TimeFit) -> float:
 
 
 def noise_share(takes: tuple[Channels, ...], held: bool) -> float:
-    """The recording's own noise in the normalisation of `nrmse`."""
+    """The recording's own noise in the normalisation of `Error`."""
     noise = moved = 0.0
     for data, use in zip(takes, parts(takes, held), strict=True):
         if not use.any():

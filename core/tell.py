@@ -70,7 +70,7 @@ def told_modes(
 
 def each_modulus(heard: Heard, found: TimeFit, true: np.ndarray) -> list[float]:
     """Pa, of the declared body by the pitch of each mode alone whose shape is clearly a computed
-    one's; `true` as in `told_modes`.
+    one's; `true` (K,) Hz, its pitches as the modulus that is told makes them.
     """
     body = heard.body
     seen = body.seen(found.law.takes[found.law.fitted[0]])

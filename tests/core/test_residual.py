@@ -5,9 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core.body_error import leaves, mends
+from core.body_error import leaves, mends, misleads
 from core.channels import Channels
-from core.findings import _misleads
 from core.residual import Error, error_of
 
 FRAMES, RATE = 300, 100
@@ -83,6 +82,6 @@ def test_a_change_of_the_body_mends_what_shows_held_out_or_fitted():
 
 def test_a_change_of_the_body_that_foretells_worse_is_not_named():
     free = Error(0.1, 0.05)
-    assert _misleads(Error(1.3, 0.4), Error(1.0, 0.9), free)
-    assert not _misleads(Error(0.8, 0.4), Error(1.0, 0.9), free)
-    assert not _misleads(Error(0.13, 0.06), Error(0.12, 0.9), free)  # what was fitted shows it
+    assert misleads(Error(1.3, 0.4), Error(1.0, 0.9), free)
+    assert not misleads(Error(0.8, 0.4), Error(1.0, 0.9), free)
+    assert not misleads(Error(0.13, 0.06), Error(0.12, 0.9), free)  # what was fitted shows it
