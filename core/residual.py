@@ -1,6 +1,7 @@
 """What a prediction leaves: how much, against which noise, and by which signature."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -113,7 +114,13 @@ def error_of(takes: tuple[Channels, ...], predicted) -> Error:
         [_nrmse((t,), (p,), (u,)) for t, p, u in zip(takes, predicted, uses, strict=True)]
         for uses in both
     ]
-    return Error(*whole, tuple(zip((t.take.name for t in takes), *alone, strict=True)))
+    return Error(*whole, tuple(zip(map(_label, takes), *alone, strict=True)))
+
+
+def _label(data: Channels) -> str:
+    """The take's file as the case names it, without a path that holds on one machine only."""
+    file = Path(data.take.name)
+    return file.name if file.is_absolute() else data.take.name
 
 
 def errors(found: TimeFit) -> Error:

@@ -1,5 +1,6 @@
 """Errors of a prediction: of all takes, of each, and what a change of the body leaves of them."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -43,8 +44,8 @@ def missed(data: Channels, fitted: float, held: float) -> np.ndarray:
 
 
 def test_each_takes_error_is_over_its_own_motion():
-    """The total is that of energies: the loud take counts for nearly all."""
-    loud, faint = waving("loud", 1.0), waving("faint", 0.1)
+    """The total is that of energies: the loud take counts for nearly all. No folder is told."""
+    loud, faint = waving("loud", 1.0), waving(str(Path("faint").absolute()), 0.1)
     predicted = missed(loud, 0.1, 0.2), missed(faint, 0.5, 0.6)
     error = error_of((loud, faint), predicted)
     assert [name for name, *_ in error.each] == ["loud", "faint"]
