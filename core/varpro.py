@@ -13,6 +13,7 @@ import numpy as np
 from .errors import RecordingError
 
 ITERATIONS = 80
+APART = 1e-4  # sine between a column and those before it, below which squares cost digits
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,14 +55,19 @@ class Fit:
 
 
 @dataclass(frozen=True, eq=False)
-class _Block:
-    """Channels that were measured at the same instants, so that they share one projection."""
+class _Samples:
+    """What is fitted. Channels that were measured at the same instants share one projection: they
+    are a block; a shorter block repeats its first channel, and any instant, unused.
+    """
 
-    channels: np.ndarray
-    rows: np.ndarray
-    t: np.ndarray  # (T',)
-    y: np.ndarray  # (T', C')
-    x: np.ndarray  # (T', q)
+    t: np.ndarray  # (T,)
+    y: np.ndarray  # (T, C), nought where nothing was measured
+    x: np.ndarray  # (T, q)
+    seen: np.ndarray | None  # (T, C) bool; None where nothing is missing
+    channels: np.ndarray  # (b, w)
+    own: np.ndarray  # (b, w) bool
+    missing: np.ndarray  # (b, r) instants
+    gone: np.ndarray  # (b, r) bool
 
 
 def fit(
@@ -79,13 +85,13 @@ def fit(
     along with the rest (concentrated likelihood). `iterations=0` solves the linear part only.
     Raises RecordingError when a channel has fewer samples than unknowns.
     """
-    blocks = _blocks(t, y, x, len(start.vector) + len(start.omega))
+    samples = _samples(t, y, x, len(start.vector) + len(start.omega))
     count = np.isfinite(y).sum(axis=0)
     scale = np.nanmax(y, axis=0) - np.nanmin(y, axis=0)
     floor = (1e-14 * scale + 1e-14 * (scale.max() if scale.max() > 0 else 1.0)) ** 2
 
     def evaluate(vector):
-        return _evaluate(blocks, start.moved(vector), count, (noise, floor))
+        return _evaluate(samples, start.moved(vector), count, (noise, floor))
 
     vector = start.vector
     m = len(start.omega)
@@ -95,7 +101,7 @@ def fit(
     state = evaluate(vector)
     if len(vector):
         vector, state = _levenberg_marquardt(evaluate, (vector, state), low, iterations)
-    return _fit_of(state, start.moved(vector), y.shape, blocks)
+    return _fit_of(state, start.moved(vector), samples)
 
 
 def basis(t: np.ndarray, poles: Poles) -> np.ndarray:
@@ -107,80 +113,132 @@ def basis(t: np.ndarray, poles: Poles) -> np.ndarray:
     )
 
 
-def _blocks(t, y, x, unknowns: int) -> list[_Block]:
+def _samples(t, y, x, unknowns: int) -> _Samples:
     seen = np.isfinite(y)
     alike: dict[bytes, list[int]] = {}
     for channel, pattern in enumerate(seen.T):
         alike.setdefault(pattern.tobytes(), []).append(channel)
-    blocks = []
-    for channels in map(np.array, alike.values()):
-        rows = np.flatnonzero(seen[:, channels[0]])
-        if len(rows) <= unknowns + x.shape[1]:
+    for channel, *_ in alike.values():
+        count = int(seen[:, channel].sum())
+        if count <= unknowns + x.shape[1]:
             raise RecordingError(
-                f"Ring-down: channel {channels[0]} has {len(rows)} samples for "
+                f"Ring-down: channel {channel} has {count} samples for "
                 f"{unknowns + x.shape[1]} unknowns. Leave the channel out or record longer."
             )
-        whole = len(rows) == len(t)
-        part = (t, y[:, channels], x) if whole else (t[rows], y[np.ix_(rows, channels)], x[rows])
-        blocks.append(_Block(channels, rows, *part))
-    return blocks
+    channels, own = _filled(list(alike.values()))
+    missing, gone = _filled([np.flatnonzero(~seen[:, block[0]]) for block in alike.values()])
+    whole = bool(seen.all())
+    y = y if whole else np.where(seen, y, 0.0)
+    return _Samples(t, y, x, None if whole else seen, channels, own, missing, gone)
 
 
-def _project(block: _Block, poles: Poles):
-    """Linear unknowns, residual, and the part of t * basis that they cannot imitate."""
-    moving = basis(block.t, poles)
-    phi = np.hstack([moving, block.x])
-    scale = np.linalg.norm(phi, axis=0)
+def _filled(lists: list) -> tuple[np.ndarray, np.ndarray]:
+    """(b, longest) the lists, the shorter ones filled up with their first item, and bool which."""
+    width = max(map(len, lists))
+    out, own = np.zeros((len(lists), width), int), np.zeros((len(lists), width), bool)
+    for row, mine, items in zip(out, own, lists, strict=True):
+        row[:] = items[0] if len(items) else 0
+        row[: len(items)] = items
+        mine[: len(items)] = True
+    return out, own
+
+
+def _project(samples: _Samples, poles: Poles):
+    """Linear unknowns (n, C), residual (T, C), t * basis (T, k), and of each block the normal
+    matrix of the part of that which the linear unknowns cannot imitate (b, k, k).
+    """
+    moving = basis(samples.t, poles)
+    phi = np.hstack([moving, samples.x])
+    scale = np.sqrt(np.einsum("tn,tn->n", phi, phi))
     scale[scale == 0] = 1.0
-    q, triangle = np.linalg.qr(phi / scale)
+    n, channels = phi.shape[1], samples.channels
+    columns = np.hstack([phi / scale, samples.t[:, None] * moving])
+    phi, tangent = columns[:, :n], columns[:, n:]
+    normal = (columns.T @ columns)[None]
+    if samples.missing.size:
+        lost = columns[samples.missing] * samples.gone[:, :, None]
+        normal = normal - np.swapaxes(lost, 1, 2) @ lost
+    known, cross, alone = normal[:, :n, :n], normal[:, :n, n:], normal[:, n:, n:]
+    right = np.moveaxis((phi.T @ samples.y)[:, channels], 1, 0)
+    answer = np.empty((len(channels), n, right.shape[2] + cross.shape[2]))
+    plain = _are_plain(known)
+    both = np.concatenate([right, cross], axis=2)
+    answer[plain] = np.linalg.solve(known[plain], both[plain])
+    apart = alone - np.swapaxes(cross, 1, 2) @ answer[:, :, right.shape[2] :]
+    solved = np.empty((n, samples.y.shape[1]))
+    solved[:, channels] = np.moveaxis(answer[:, :, : right.shape[2]], 0, 1)
+    for b in np.flatnonzero(~plain):
+        rows = np.ones(len(phi), bool)
+        rows[samples.missing[b][samples.gone[b]]] = False
+        some = phi[rows], samples.y[rows][:, channels[b]], tangent[rows]
+        solved[:, channels[b]], apart[b] = _least(*some)
+    residual = samples.y - phi @ solved
+    if samples.seen is not None:
+        residual *= samples.seen
+    return solved / scale[:, None], residual, tangent, apart
+
+
+def _are_plain(grams: np.ndarray) -> np.ndarray:
+    """(b,) bool: whether normal equations (b, n, n) of columns as long as one or a little less lose
+    no digit that matters.
+    """
+    try:
+        return np.linalg.cholesky(grams).diagonal(axis1=1, axis2=2).min(axis=1) > APART
+    except np.linalg.LinAlgError:
+        if len(grams) == 1:
+            return np.zeros(1, bool)
+        return np.concatenate([_are_plain(gram[None]) for gram in grams])
+
+
+def _least(phi: np.ndarray, y: np.ndarray, tangent: np.ndarray):
+    """The least linear unknowns that do equally well, two poles being in one place, and the normal
+    matrix of the tangents' part that these cannot imitate.
+    """
+    q, triangle = np.linalg.qr(phi)
     u, s, vt = np.linalg.svd(triangle)
-    keep = s > 1e-13 * s[0]  # two poles in one place: the smallest of their equal solutions
+    keep = s > 1e-13 * s[0]
     q = q @ u[:, keep]
-    z = q.T @ block.y
-    coefficients = (vt[keep].T / s[keep]) @ z / scale[:, None]
-    tangent = block.t[:, None] * moving
-    tangent -= q @ (q.T @ tangent)
-    return coefficients, block.y - q @ z, tangent
+    left = tangent - q @ (q.T @ tangent)
+    return (vt[keep].T / s[keep]) @ (q.T @ y), left.T @ left
 
 
-def _tangent_weights(coefficients: np.ndarray, m: int, j: int) -> np.ndarray:
-    """(2m + j, 2m + j, C): the derivative by each pole number, in terms of t * basis."""
-    size = 2 * m + j
-    weights = np.zeros((size, size, coefficients.shape[1]))
+def _ways(solved: np.ndarray, m: int, j: int) -> tuple:
+    """The derivative by each pole number, u (p, C) times one column of t * basis and v (p, C) times
+    another one, and which columns (p,) these are.
+    """
+    a, b, c = solved[:m], solved[m : 2 * m], solved[2 * m : 2 * m + j]
     k, r = np.arange(m), 2 * m + np.arange(j)
-    a, b = coefficients[:m], coefficients[m : 2 * m]
-    weights[k, k], weights[k, m + k] = -a, -b
-    weights[m + k, k], weights[m + k, m + k] = b, -a
-    weights[r, r] = -coefficients[2 * m : size]
-    return weights
+    first, second = np.concatenate([k, k, r]), np.concatenate([m + k, m + k, r])
+    return np.vstack([-a, b, -c]), np.vstack([-b, -a, 0 * c]), first, second
 
 
-def _evaluate(blocks, poles: Poles, count, known) -> dict:
+def _evaluate(samples: _Samples, poles: Poles, count, known) -> dict:
     noise, floor = known
     m, j = len(poles.omega), len(poles.creep)
-    parts = [_project(block, poles) for block in blocks]
-    squares = np.empty(len(count))
-    for block, (_, residual, _) in zip(blocks, parts, strict=True):
-        squares[block.channels] = np.einsum("tc,tc->c", residual, residual)
+    solved, residual, tangent, apart = _project(samples, poles)
+    squares = np.einsum("tc,tc->c", residual, residual)
     if noise is None:
         variance = squares / count + floor
         cost = 0.5 * float(np.sum(count * np.log(variance)))
     else:
         variance = np.asarray(noise, float) ** 2
         cost = 0.5 * float(np.sum(squares / variance))
-    gradient, information = np.zeros(2 * m + j), np.zeros((2 * m + j, 2 * m + j))
-    for block, (coefficients, residual, tangent) in zip(blocks, parts, strict=True):
-        weights = _tangent_weights(coefficients, m, j)
-        per = 1 / variance[block.channels]
-        gradient -= np.einsum("pkc,kc->p", weights, (tangent.T @ residual) * per)
-        seen = np.tensordot(tangent.T @ tangent, weights * per, axes=(1, 1))  # (k, p, c)
-        information += np.tensordot(weights, seen, axes=([1, 2], [0, 2]))
+    u, v, first, second = _ways(solved, m, j)
+    slope = (tangent.T @ residual) / variance
+    gradient = -np.einsum("pc,pc->p", u, slope[first]) - np.einsum("pc,pc->p", v, slope[second])
+    weight = (samples.own / variance[samples.channels])[:, None]
+    us, vs = (np.moveaxis(w[:, samples.channels], 1, 0) for w in (u, v))
+    uw, vw, ut, vt = us * weight, vs * weight, np.swapaxes(us, 1, 2), np.swapaxes(vs, 1, 2)
+    crossed = (apart[:, first[:, None], second] * (uw @ vt)).sum(axis=0)
+    information = (apart[:, first[:, None], first] * (uw @ ut)).sum(axis=0) + crossed + crossed.T
+    information += (apart[:, second[:, None], second] * (vw @ vt)).sum(axis=0)
     return {
         "cost": cost,
         "gradient": gradient,
         "information": information,
         "variance": variance,
-        "parts": parts,
+        "solved": solved,
+        "residual": residual,
     }
 
 
@@ -214,18 +272,16 @@ def _levenberg_marquardt(evaluate, start, low, iterations: int):
     return vector, state
 
 
-def _fit_of(state: dict, poles: Poles, shape, blocks) -> Fit:
+def _fit_of(state: dict, poles: Poles, samples: _Samples) -> Fit:
     m, j = len(poles.omega), len(poles.creep)
-    columns = 2 * m + j + blocks[0].x.shape[1]
-    coefficients, residual = np.zeros((columns, shape[1])), np.full(shape, np.nan)
-    for block, (solved, left, _) in zip(blocks, state["parts"], strict=True):
-        coefficients[:, block.channels] = solved
-        residual[np.ix_(block.rows, block.channels)] = left
+    solved, residual = state["solved"], state["residual"]
+    if samples.seen is not None:
+        residual = np.where(samples.seen, residual, np.nan)
     return Fit(
         poles,
-        coefficients[:m] - 1j * coefficients[m : 2 * m],
-        coefficients[2 * m : 2 * m + j],
-        coefficients[2 * m + j :],
+        solved[:m] - 1j * solved[m : 2 * m],
+        solved[2 * m : 2 * m + j],
+        solved[2 * m + j :],
         residual,
         np.sqrt(state["variance"]),
         state["information"],
