@@ -144,7 +144,8 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     over = excess(declared)
     if over < MATERIAL and declared.chi2 < QUIET * declared.samples and not fails(declared):
         return Verdict("adequate", chain, (), (), (), ())
-    able = to_their_end(singles(start, declared), declared)
+    found, left = singles(start, declared)
+    able = to_their_end(found, declared)
     ranked = tuple(c for c in able if not c.outdone)
     seen = [c for c in ranked if c.evidence > EVIDENCE]
     strong = [c for c in seen if gained(declared, c.found) >= MATERIAL or shows(c, declared)]
@@ -168,7 +169,7 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
         alone = _unless_it_weakens(_add_second(chain, strong, ranked, over), able)
         if not owes(alone.final, declared) and not _loud(alone):
             return alone
-    able = [*able, *passed_over(start, able, declared)]
+    able = [*able, *passed_over(left, able, declared)]
     both = _by_two(chain, (able, ranked, strong), over, widen)
     told = both.verdict == "explained" and not owes(both.final, declared)
     if told and alone and _is_read_off(both) and not _is_read_off(alone):

@@ -1,6 +1,7 @@
 """The law that the tracks are fitted by, and what a fit of it knows."""
 
 from dataclasses import dataclass, replace  # noqa: F401  (replace is re-exported)
+from functools import cached_property
 
 import numpy as np
 
@@ -101,6 +102,13 @@ class TimeFit:
             return np.zeros(K)
         z = self.parameters[K : 2 * K]
         return np.full(K, z[0]) if self.law.damping == "common" else z
+
+    @cached_property
+    def tangents(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """q (R, p), r (p, p), scale (p,): the Jacobian is q r, each column times its scale."""
+        scale = np.linalg.norm(self.jacobian, axis=0)
+        scale = np.where(scale > 0, scale, 1.0)
+        return *np.linalg.qr(self.jacobian / scale), scale
 
     @property
     def theta(self) -> list[np.ndarray]:

@@ -39,9 +39,8 @@ def begin(found: TimeFit, effect: Effect, thetas: list) -> Begin:
         change = changes(found, effect, thetas)
         parts = change, np.zeros_like(change)
     whole = np.concatenate(parts)
-    scale = np.linalg.norm(found.jacobian, axis=0)
-    scale = np.where(scale > 0, scale, 1.0)
-    taken = np.linalg.lstsq(found.jacobian / scale, -whole.T, rcond=1e-10)[0].T / scale
+    q, r, scale = found.tangents
+    taken = np.linalg.lstsq(r, -q.T @ whole.T, rcond=1e-10)[0].T / scale
     there, tangent = beyond(found, whole).reshape(2, len(thetas), -1)
     return Begin(effect, thetas, there, tangent, taken.reshape(2, len(thetas), -1))
 

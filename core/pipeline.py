@@ -32,6 +32,7 @@ from .stiffening import converged_eigenvalues, moved, stiffening
 from .tell import (
     each_modulus,
     inflation,
+    told_claim,
     told_diagnosis,
     told_error,
     told_modes,
@@ -226,7 +227,7 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
         "diagnosis": told,
         "warnings": [
             *findings.warnings,
-            *filter(None, [without]),
+            *filter(None, [without, told_claim(case.claimed_youngs_modulus, real)]),
             *filter(None, [mesh_stiffening.told(stiff, heard.match.modes, true)]),
         ],
     }

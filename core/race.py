@@ -23,7 +23,7 @@ RUNNERS = 2  # starting places of an effect that are fitted
 HALF = 0.5  # share of the record up to which all go
 HORIZONS = (0.15, 0.3, HALF, 0.7, 1.0)  # shares of the fitted part: a phase must not slip
 PERIODS = 2.0  # of the first mode that a share must hold
-WORTH = 0.4  # of the best one's gain by half of the record, or of what two effects must tell there
+WORTH = 0.6  # of the best one's gain by half of the record, or of what two effects must tell there
 LEAST = 0.02  # of the misfit beyond noise there, that it gains
 EARLY = 0.25  # of all that is to be told, from which half of the record shows who tells it
 TOLD = (
@@ -33,6 +33,9 @@ CLOSE = 3.0  # misfit that a last look of a search gains; what is found is sharp
 CLOSELY, LOOSELY = 1e-5, 3e-4  # the same as a share: of an effect that is marched, and beside one
 LOST = 0.5  # of its gain, that finer steps take from a search that coarse ones led astray
 LOOKS, CHEAP = 10, 30  # of a search, at most: with forces to march, and without
+HINT = 0.3  # as WORTH, of what the first looks of a search without a march gain
+GLANCES = 8  # of one without, after which those that lag behind end
+NAMESAKES = 2  # of those of one effect, of as many markers, the best that go on
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +54,12 @@ class Try:
     def law(self) -> Law:
         return raced(self.start, self.effect)
 
+    @property
+    def strides(self) -> float:
+        """Steps of its march in a period; 0 where it has none."""
+        law = self.law
+        return float(law.setting.steps if any(e.marched for e in law.effects) else 0)
+
 
 @dataclass(frozen=True, eq=False)
 class Begun:
@@ -58,6 +67,7 @@ class Begun:
 
     places: np.ndarray  # (S, p)
     misfit: float  # on the record so far; NaN where it has not begun
+    whole: bool = False  # whether that is all of it
 
 
 def race(one: Try) -> TimeFit:
@@ -66,13 +76,14 @@ def race(one: Try) -> TimeFit:
 
 
 def begun(one: Try) -> Begun:
-    """The search on the first shares of the record."""
+    """The search on the first shares of the record; the first looks of one without a march."""
     effect, places = one.effect, _places(one)
-    first = _shares(one, HALF) if effect.marched else []
+    first = _shares(one, HALF) if effect.marched else [1.0]
     if not first:
         return Begun(places, np.nan)
-    walks = walked(one.law, places, first, LOOKS)
-    return Begun(np.array([p for p, _, _ in walks]), walks[0][2])
+    looks = LOOKS if effect.marched else GLANCES
+    walks = walked(one.law, places, first, looks)
+    return Begun(np.array([p for p, _, _ in walks]), walks[0][2], not effect.marched)
 
 
 def _shares(one: Try, most: float) -> list[float]:
@@ -97,7 +108,7 @@ def ended(one: Try, begun: Begun) -> TimeFit:
     effect = one.effect
     rest = [h for h in one.horizons if h > HALF] if effect.marched else (1.0,)
     marched = any(e.marched for e in one.law.effects)
-    looks = LOOKS if marched else CHEAP
+    looks = LOOKS if marched else CHEAP - GLANCES
     close = (CLOSELY if effect.marched else LOOSELY, CLOSE) if marched else (CLOSELY, 0.0)
     found = best_fit(one.law, begun.places, rest, evaluations=looks, close=close)
     if effect.marched and _is_unsteady(found, one.start):
@@ -121,42 +132,81 @@ def _is_unsteady(found: TimeFit, start: TimeFit) -> bool:
     return bool(finely - found.chi2 > LOST * gain)
 
 
-def worth(tries: list[Try], bare: TimeFit | None = None) -> list[tuple[Try, Begun]]:
-    """The searches that are worth their end, with where they stand: those that by half of the
-    record gain a fair share of what the best one from the same fit does, where enough of what is
-    left stands there. What is not marched has not begun, and goes on.
+def begun_all(tries: list[Try]) -> list[tuple[Try, Begun]]:
+    """The searches with where they stand; of those without a march that are of one effect and from
+    the same fit, the few best.
+    """
+    stand = in_step_by_halves(
+        [partial(begun, one) for one in tries], strides=[one.strides for one in tries]
+    )
+    pairs = list(zip(tries, stand, strict=True))
+    alike = {}
+    for one, now in pairs:
+        if now.whole:
+            alike.setdefault((one.start, one.effect.name), []).append(now.misfit)
+    last = {kind: sorted(misfits)[:NAMESAKES][-1] for kind, misfits in alike.items()}
+    return [
+        (one, now)
+        for one, now in pairs
+        if not now.whole or now.misfit <= last[one.start, one.effect.name]
+    ]
+
+
+def worth(begun: list[tuple[Try, Begun]], bare: TimeFit | None = None) -> list[bool]:
+    """Whether each of the searches, with where it stands, is worth its end: whether it gains a fair
+    share of what the best one from the same fit does by then, where enough of what is left stands
+    there.
 
     bare: the fit without either effect where two are to tell all that it leaves beyond noise; what
-    tells too little of that by half of the record does not go on, where enough of it stands there.
+    tells too little of that by then does not go on, where enough of it stands there.
     """
-    stand = in_step_by_halves([partial(begun, one) for one in tries])
     least = {}
-    for one, now in zip(tries, stand, strict=True):
+    for one, now in begun:
         if np.isfinite(now.misfit):
-            least[one.start] = min(now.misfit, least.get(one.start, np.inf))
-    starts = list(dict.fromkeys([*least, *([bare] if bare and least else [])]))
-    before = dict(zip(starts, in_step([partial(_half, start) for start in starts]), strict=True))
+            key = one.start, now.whole
+            least[key] = min(now.misfit, least.get(key, np.inf))
+    part = list(dict.fromkeys(start for start, whole in least if not whole))
+    part += [bare] if bare and part and bare not in part else []
+    before = dict(zip(part, in_step([partial(_half, start) for start in part]), strict=True))
+
+    def stands(start, whole):
+        """Misfit of the fit by then, and what of it is noise."""
+        share = 1.0 if whole else HALF
+        return (start.chi2 if whole else before[start]), share * start.samples
 
     def tells(now):
         if bare is None:
             return True
-        over = before[bare] - NOISY * HALF * bare.samples
-        whole = bare.chi2 - NOISY * bare.samples
-        return over < max(EARLY * whole, TOLD) or before[bare] - now.misfit > WORTH * over
+        was, noise = stands(bare, now.whole)
+        over, whole = was - NOISY * noise, bare.chi2 - NOISY * bare.samples
+        return over < max(EARLY * whole, TOLD) or was - now.misfit > WORTH * over
 
     def goes_on(one, now):
         if not np.isfinite(now.misfit):
             return True
         if not tells(now):
             return False
-        was = before[one.start]
-        most, over = was - least[one.start], was - HALF * one.start.samples
+        was, noise = stands(one.start, now.whole)
+        most, over = was - least[one.start, now.whole], was - noise
+        if (
+            now.whole
+        ):  # or what the best one of the others will gain, if all goes on as it has begun
+            most = max(most, over * share_of_others(one.start))
         late = over < EARLY * (one.start.chi2 - one.start.samples)
         if late or most < TOLD:
             return True
-        return was - now.misfit >= max(WORTH * most, LEAST * over)
+        fair = HINT if now.whole else WORTH
+        return was - now.misfit >= max(fair * most, LEAST * over)
 
-    return [pair for pair in zip(tries, stand, strict=True) if goes_on(*pair)]
+    def share_of_others(start):
+        if (start, False) not in least:
+            return 0.0
+        was, noise = stands(start, False)
+        if was - noise < EARLY * (start.chi2 - start.samples):
+            return 0.0
+        return (was - least[start, False]) / (was - noise)
+
+    return [goes_on(*pair) for pair in begun]
 
 
 def _half(start: TimeFit) -> float:

@@ -19,27 +19,52 @@ from .in_step import in_step
 
 ALONE = "RINGDOWN_ALONE"  # an environment variable; set, it keeps all work in one process
 MOST = 255  # pieces; more follow one another
+JOB, SHARE = 20.0, 0.25  # what a job costs beside its strides; what its own add to others' alike
 GOING = 0.02  # s that an ended thread is waited for
 DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG
 
 _children: set[int] = set()  # not waited for yet
 
 
-def in_step_by_halves(jobs: list[Callable[[], object]], *, pack=None, unpack=None) -> list:
-    """As `side_by_side`, of two pieces: every other job each, and the jobs of a piece in step."""
+def in_step_by_halves(
+    jobs: list[Callable[[], object]], *, strides=None, pack=None, unpack=None
+) -> list:
+    """As `side_by_side`, of two pieces, the jobs of a piece in step.
+
+    strides: how many steps a job makes; those of alike jobs are made as one, so these stay
+    together. By default every other job goes to the same piece.
+    """
     if len(jobs) < 2 or not _may_fork():
         return in_step(jobs)
-    halves = [jobs[0::2], jobs[1::2]]
+    halves = _halves(strides or [0] * len(jobs))
 
     def packed(half):
         return [pack(one) if pack else one for one in half]
 
     def unpacked(n, half):
-        each = range(n, len(jobs), 2)
+        each = halves[n]
         return [unpack(i, one) if unpack else one for i, one in zip(each, half, strict=True)]
 
-    done = side_by_side([partial(in_step, half) for half in halves], pack=packed, unpack=unpacked)
-    return [done[n % 2][n // 2] for n in range(len(jobs))]
+    pieces = [partial(in_step, [jobs[i] for i in half]) for half in halves]
+    done = side_by_side(pieces, pack=packed, unpack=unpacked)
+    told = {
+        i: one
+        for half, some in zip(halves, done, strict=True)
+        for i, one in zip(half, some, strict=True)
+    }
+    return [told[n] for n in range(len(jobs))]
+
+
+def _halves(strides: list[float]) -> tuple[list[int], list[int]]:
+    """Numbers of the jobs of two pieces: the split, by strides, whose dearer piece costs least."""
+    order = sorted(range(len(strides)), key=lambda n: strides[n])
+
+    def cost(some):
+        return sum({strides[n] for n in some}) + sum(JOB + SHARE * strides[n] for n in some)
+
+    splits = [(order[0::2], order[1::2])]
+    splits += [(order[:k], order[k:]) for k in range(1, len(order))]
+    return min(splits, key=lambda pair: max(map(cost, pair)))
 
 
 def side_by_side(jobs: list[Callable[[], object]], *, pack=None, unpack=None) -> list:

@@ -330,6 +330,18 @@ def told_modulus(apparent: Estimate, material: Estimate) -> dict:
     return {"apparent": estimate_of(apparent), "material": estimate_of(material)}
 
 
+def told_claim(claim: float | None, found: Estimate) -> str:
+    """How the material's Young's modulus compares with the claimed one (Pa); empty without one."""
+    if not claim:
+        return ""
+    off = found.value / claim - 1
+    where = "within" if found.low <= claim <= found.high else "outside"
+    return (
+        f"Young's modulus is {abs(off):.1%} {'above' if off > 0 else 'below'} the claimed "
+        f"{claim:.4g} Pa, which is {where} its interval."
+    )
+
+
 def told_without(names: list[str], modulus: tuple, damping: tuple) -> str:
     """How the found effects bias what is calibrated: Young's modulus (Pa) and the damping ratio of
     the strongest mode, each without them and with them; empty where there are none.

@@ -8,7 +8,6 @@
 
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import islice
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from .effects.base import Effect
 from .in_step import in_step
 from .law import TimeFit
 from .pair import crossed
-from .race import Try, ended, race, worth
+from .race import Begun, Try, begun_all, ended, worth
 from .read_off import read_off
 from .refit import lighter, swapped
 from .residual import NOISY, bic, misfit
@@ -108,24 +107,28 @@ def begins_of(effect: Effect, start: TimeFit, residual) -> list:
     return list(dict.fromkeys((*b, *place) for b in begins for place in places))
 
 
-def singles(start: TimeFit, against: TimeFit | None = None) -> list[Candidate]:
-    """The best candidate of every name that a score test promises something, best first."""
+def singles(start: TimeFit, against: TimeFit | None = None) -> tuple[list[Candidate], list]:
+    """The best candidate of every name that a score test promises something, best first; and the
+    searches that are not worth their end as long as others tell more, with where they stand.
+    """
     chosen = _chosen(start, FIRSTS)
-    best = {}
+    best, left = {}, []
     for some in (chosen[:AT_ONCE], chosen[AT_ONCE:]):
         if any(c.share > SETTLED for c in best.values()):
             some = [replace(one, runners=1) for one in some]
-        _gather(best, _tried(some), against or start)
-    return _again([(_ranked(best), chosen, against or start)])[0]
+        begun = begun_all(some)
+        going = worth(begun)
+        left += [pair for pair, goes_on in zip(begun, going, strict=True) if not goes_on]
+        going = [pair for pair, goes_on in zip(begun, going, strict=True) if goes_on]
+        _gather(best, _ended(going), against or start)
+    return _again([(_ranked(best), chosen, against or start)])[0], left
 
 
-def passed_over(start: TimeFit, known: list[Candidate], against: TimeFit) -> list[Candidate]:
-    """Candidates of the names that `singles` tried and that are not among the `known`: half of the
-    record showed others to tell more of it, and none of these tells all.
-    """
+def passed_over(left: list, known: list[Candidate], against: TimeFit) -> list[Candidate]:
+    """Candidates of the searches that `singles` left, of names that are not among the `known`."""
     names, best = {c.names[0] for c in known}, {}
-    left = [one for one in _chosen(start, FIRSTS) if one.effect.name not in names]
-    _gather(best, _tried(left, to_their_end=True), against)
+    left = [(one, begun) for one, begun in left if one.effect.name not in names]
+    _gather(best, _ended(left), against)
     return _ranked(best)
 
 
@@ -137,11 +140,14 @@ def seconds(
     against: fits that these are compared with. bare: see `worth`.
     """
     chosen = in_step([partial(_chosen, first.found, BESIDE) for first in firsts])
-    done = iter(_tried([one for some in chosen for one in some], bare))
+    begun = begun_all([one for some in chosen for one in some])
+    going = [pair for pair, on in zip(begun, worth(begun, bare), strict=True) if on]
+    done = _ended(going)
     out = []
     for first, some, declared in zip(firsts, chosen, against, strict=True):
         best = {}
-        _gather(best, islice(done, len(some)), declared, first.names)
+        own = [row for row in done if row[0].start is first.found]
+        _gather(best, own, declared, first.names)
         out.append((_ranked(best), some, declared))
     return _again(out)
 
@@ -194,8 +200,11 @@ def _again(asked: list) -> list[list[Candidate]]:
         for one in chosen:
             if one.effect is effect and effect.marched:
                 tries += [(n, other) for other in _anew(one)]
-    done = _tried([one for _, one in tries])
-    for (n, _), (_, found, plainer) in zip(tries, done, strict=True):
+    begun = begun_all([one for _, one in tries])
+    going = [pair for pair, on in zip(begun, worth(begun), strict=True) if on]
+    whose = {id(one): n for n, one in tries}
+    for one, found, plainer in _ended(going):
+        n = whose[id(one)]
         best = out[n][0]
         if found is not None and not plainer and found.chi2 <= BETTER * best.found.chi2:
             other = judge(best.names, found, asked[n][2])
@@ -231,15 +240,11 @@ def _chosen(start: TimeFit, most: int) -> list[Try]:
     return out
 
 
-def _tried(tries: list[Try], bare: TimeFit | None = None, *, to_their_end: bool = False) -> list:
-    """(Try, fit or None where it is vetoed or not worth its end, whether it is outdone) of each."""
-    if to_their_end:
-        going = [(one, partial(race, one)) for one in tries]
-    else:
-        going = [(one, partial(ended, one, begun)) for one, begun in worth(tries, bare)]
+def _ended(going: list[tuple[Try, Begun]]) -> list:
+    """(Try, fit or None where it is vetoed, whether it is outdone) of each search, at its end."""
 
-    def tried(end):
-        found = end()
+    def tried(one, begun):
+        found = ended(one, begun)
         return None if vetoed(found) else (found, outdone(found))
 
     def unpack(n, packed):
@@ -251,12 +256,12 @@ def _tried(tries: list[Try], bare: TimeFit | None = None, *, to_their_end: bool 
         return replace(found, law=law if own else crossed(law)), plainer
 
     done = in_step_by_halves(
-        [partial(tried, end) for _, end in going],
+        [partial(tried, *pair) for pair in going],
+        strides=[one.strides for one, _ in going],
         pack=lambda done: done and (replace(done[0], law=None), done[1]),
         unpack=unpack,
     )
-    found = {id(one): some for (one, _), some in zip(going, done, strict=True)}
-    return [(one, *(found.get(id(one)) or (None, False))) for one in tries]
+    return [(one, *(some or (None, False))) for (one, _), some in zip(going, done, strict=True)]
 
 
 def refuted(found: TimeFit) -> bool:

@@ -16,6 +16,9 @@ from .law import Law, TimeFit, bounds, unpack
 from .linear_part import left_over, march, residuals, solve
 
 DONE, NEAR = 1e-5, 1e-2  # share of the misfit that a last step gains, at the end and on the way
+HARDER = 6.0  # times as much damping after a refused step; three times so where it did nothing
+IN_VAIN = 1e-3  # of what a refused step lost, by which it did nothing
+FLAT = 2  # refused steps that lost no more than a last look gains, after which a search ends
 LAGS = 1.5  # of the best walk's misfit: one that is more off does not catch up
 SAME = 0.0005  # of what its parameters may be: nearer the best walk, one is where that is
 
@@ -166,7 +169,7 @@ def _search(p, bounds, end: tuple[int, float, float]):
     low, high = bounds
     evaluations, enough, close = end
     r, jacobian = yield p
-    cost, damping = r @ r, 1e-3
+    cost, damping, refused, flat = r @ r, 1e-3, np.inf, 0
     for _ in range(evaluations):
         scale = np.linalg.norm(jacobian, axis=0)
         scale = np.where(scale > 0, scale, 1.0)
@@ -181,12 +184,15 @@ def _search(p, bounds, end: tuple[int, float, float]):
         after, tangent = yield trial
         if after @ after < cost:
             gain, p, r, jacobian = cost - after @ after, trial, after, tangent
-            cost, damping = r @ r, damping / 8
+            cost, damping, refused, flat = r @ r, damping / 8, np.inf, 0
             if gain < max(enough * cost + 0.05, close):
                 break
         else:
-            damping *= 6
-            if damping > 1e6:
+            loss = after @ after - cost
+            flat += loss < max(enough * cost, close)
+            in_vain = abs(loss - refused) < IN_VAIN * refused
+            damping, refused = damping * HARDER ** (3 if in_vain else 1), loss
+            if damping > 1e6 or flat > FLAT:
                 break
     return p, jacobian, cost
 
@@ -231,8 +237,7 @@ def changes(found: TimeFit, effect: Effect, thetas: list) -> np.ndarray:
 
 def beyond(found: TimeFit, change: np.ndarray) -> np.ndarray:
     """(n, R) changes without what the fitted parameters can take up."""
-    scale = np.linalg.norm(found.jacobian, axis=0)
-    q, _ = np.linalg.qr(found.jacobian / np.where(scale > 0, scale, 1.0))
+    q, _, _ = found.tangents
     return change - (change @ q) @ q.T
 
 

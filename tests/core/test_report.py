@@ -16,7 +16,7 @@ from core.report import (
     write_report,
     write_ringdown,
 )
-from core.tell import _turn
+from core.tell import _turn, told_claim
 
 
 @pytest.fixture
@@ -232,3 +232,16 @@ def test_a_ringdown_without_a_scale_gives_pixels(amplitude, tmp_path):
 def test_effects_stand_as_in_the_errors_chain():
     names = ["contact", "clock", "viscous_damping", "relaxation"]
     assert sorted(names, key=_turn) == ["viscous_damping", "clock", "contact", "relaxation"]
+
+
+@pytest.mark.parametrize(
+    ("claim", "words"),
+    [
+        (None, ""),
+        (2.5e5, "4.0% above the claimed 2.5e+05 Pa, which is within its interval"),
+        (4e5, "35.0% below the claimed 4e+05 Pa, which is outside its interval"),
+    ],
+)
+def test_a_claimed_modulus_is_compared_with_and_told(claim, words):
+    assert words in told_claim(claim, Estimate(2.6e5, 2.4e5, 2.8e5, "Pa"))
+    assert bool(told_claim(claim, Estimate(2.6e5, 2.4e5, 2.8e5, "Pa"))) == bool(words)

@@ -186,7 +186,7 @@ def test_two_processes_find_what_one_finds(monkeypatch):
     results = []
     for fork in (FORKED, False):
         monkeypatch.setattr(where, "_may_fork", lambda fork=fork: fork)
-        results.append(singles(found))
+        results.append(singles(found)[0])
     for one, other in zip(*results, strict=True):
         assert (one.names, one.outdone) == (other.names, other.outdone)
         assert one.found.parameters == pytest.approx(other.found.parameters, rel=1e-9, abs=1e-12)
