@@ -22,12 +22,16 @@ NEARER = 0.5  # of their distance, at most, that two modes' pitches may come nea
 
 
 def march(law: Law, unpacked, data: Channels):
-    """u, u' (B, T, K), the columns (B, T, q), the delays (B, C, T) or None."""
+    """u, u' (B, T, K), None for u' where it does not show, the columns (B, T, q), the delays
+    (B, C, T) or None.
+    """
     omega, zeta, start, thetas = unpacked
     time = np.broadcast_to(instants(law, thetas, data), (len(omega), len(data.time)))
     pairs = list(zip(law.effects, thetas, strict=True))
     forces = [(e, th) for e, th in pairs if e.acceleration or e.force]
-    u, v, traces = swing(omega, zeta, start, time, forces, law.setting)
+    delay = delays(law, thetas, data)
+    speeds = bool(law.turning) or delay is not None
+    u, v, traces = swing(omega, zeta, start, time, forces, law.setting, speeds)
     # modes above those that were measured answer a force at once, in a shape of their own
     columns = [(e, traces[:, :, [j]]) for j, (e, _) in enumerate(p for p in forces if p[0].force)]
     for effect, theta in pairs:
@@ -36,7 +40,7 @@ def march(law: Law, unpacked, data: Channels):
         elif effect.columns:
             own = effect.columns_in(data.take) if effect.columns_in else effect.columns
             columns.append((effect, own(theta, law.setting, time, u)))
-    return u, v, columns, delays(law, thetas, data)
+    return u, v, columns, delay
 
 
 def instants(law: Law, thetas, data: Channels) -> np.ndarray:
@@ -75,7 +79,10 @@ def regressors(law: Law, unpacked, take: int):
     u, v, columns, delay = march(law, unpacked, data)
     omega, zeta = unpacked[:2]
     motion = u
-    u, v = (u[:, None], v[:, None]) if delay is None else later(omega, zeta, (u, v), delay)
+    if delay is None:
+        u, v = u[:, None], None if v is None else v[:, None]
+    else:
+        u, v = later(omega, zeta, (u, v), delay)
     B, D, T, K = u.shape
     widths = [c.shape[2] for _, c in columns]
     each = 1 + sum(widths)

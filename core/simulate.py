@@ -16,9 +16,12 @@ ROOM = 30e6  # numbers of a march's path: 240 MB
 HIGHEST = 3  # steps per period of the highest mode: at two, the kicks would be in step with it
 
 
-def free_swing(omega, zeta, start, time):
-    """u, u' (B, T, K) of u'' + 2 z w u' + w^2 u = 0 from start (B, 2, K), at times (B, T)."""
-    return _glide(omega, zeta, (start[:, None, 0], start[:, None, 1]), time[:, :, None])
+def free_swing(omega, zeta, start, time, speeds: bool = True):
+    """u, u' (B, T, K) of u'' + 2 z w u' + w^2 u = 0 from start (B, 2, K), at times (B, T); None
+    for u' without `speeds`.
+    """
+    begin = start[:, None, 0], start[:, None, 1]
+    return _glide(omega, zeta, begin, time[:, :, None], speeds)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +34,7 @@ class _March:
     time: np.ndarray  # (B, T) s
     forces: list  # [(effect, theta (B, p)), ...]
     setting: Setting
+    speeds: bool
 
     @property
     def steps(self) -> float:
@@ -52,8 +56,11 @@ class _March:
         return self.steps, self.omega.shape[1], *one
 
 
-def swing(omega, zeta, start, time, forces: list, setting: Setting):
-    """u, u' (B, T, K) and the forces' traces (B, T, F) with `forces` [(effect, theta (B, p)), ...].
+def swing(  # noqa: PLR0913  (what a motion is, and what is asked of it)
+    omega, zeta, start, time, forces: list, setting: Setting, speeds: bool = True
+):
+    """u, u' (B, T, K) and the forces' traces (B, T, F) with `forces` [(effect, theta (B, p)), ...];
+    None for u' without `speeds`.
 
     Strang splitting: half a kick, the exact linear flow, half a kick, the two halves between
     steps taken as one with the speed extrapolated to their middle; a step cut short by the same
@@ -62,8 +69,8 @@ def swing(omega, zeta, start, time, forces: list, setting: Setting):
     one: a step costs hardly more for many motions than for one.
     """
     if not forces:
-        return *free_swing(omega, zeta, start, time), np.zeros((*time.shape, 0))
-    return asked(_March(omega, zeta, start, time, forces, setting), _marched)
+        return *free_swing(omega, zeta, start, time, speeds), np.zeros((*time.shape, 0))
+    return asked(_March(omega, zeta, start, time, forces, setting, speeds), _marched)
 
 
 def _marched(all_of: list[_March]) -> list:
@@ -143,15 +150,42 @@ def _seen(one: _March, path, step: float, traces):
     place = np.minimum((at / step).astype(int), len(path) - 1)
     nearest = np.minimum(np.rint(at / step).astype(int), len(path) - 1)
     if len(at) < len(one.time):  # the same instants for all
-        u, v, kick = np.ascontiguousarray(np.moveaxis(path[place[0]], (1, 3), (0, 1)))
+        u, v = _on(one, path[place[0]], at[0] - place[0] * step)
         traces = [trace[nearest[0]].T for trace in traces]
-    else:
-        u, v, kick = (path[place, j, :, batch] for j in range(3))
-        traces = [trace[nearest, batch] for trace in traces]
-    rest = np.broadcast_to((at - place * step)[:, :, None], (*one.time.shape, 1))
+        return u, v, np.stack(traces, axis=2) if traces else np.zeros((*one.time.shape, 0))
+    u, v, kick = (path[place, j, :, batch] for j in range(3))
+    traces = [trace[nearest, batch] for trace in traces]
+    rest = (at - place * step)[:, :, None]
     u, v = _glide(one.omega, one.zeta, (u, v + rest / 2 * kick), rest)
     none = np.zeros((*one.time.shape, 0))
     return u, v + rest / 2 * kick, np.stack(traces, axis=2) if traces else none
+
+
+def _on(one: _March, states, rest):
+    """u, u' (B, T, K), views, from states (T, 3, K, B) at steps so much earlier, `rest` (T,) s."""
+    u, v, kick = states[:, 0], states[:, 1], states[:, 2]
+    w = (one.omega * np.sqrt(np.clip(1 - one.zeta**2, 1e-12, None))).T
+    d = (one.zeta * one.omega).T
+    cos, sin = _wave(w, d, rest)
+    half = kick
+    half *= (rest / 2)[:, None, None]
+    v += half
+    across = d * u
+    across += v
+    across /= w
+    across *= sin
+    place = cos * u
+    place += across
+    if not one.speeds:
+        return np.moveaxis(place, 2, 0), None
+    across = one.omega.T**2 * u
+    across += d * v
+    across /= w
+    across *= sin
+    v *= cos
+    v -= across
+    v += half
+    return np.moveaxis(place, 2, 0), np.moveaxis(v, 2, 0)
 
 
 class _Push:
@@ -216,25 +250,30 @@ def _flow(omega, zeta, step):
     return own, other
 
 
-def _glide(omega, zeta, start, rest):
+def _glide(omega, zeta, start, rest, speeds: bool = True):
     """u, u' (B, T, K) after the linear flow over `rest` (B, T, 1) from start (u, v) (B, T, K)."""
     w, d, o = omega * np.sqrt(np.clip(1 - zeta**2, 1e-12, None)), zeta * omega, omega[:, None]
     cos, sin = _waves(w, d, rest)
     w, d = w[:, None], d[:, None]
     u0, v0 = start
     u = cos * u0 + sin * ((v0 + d * u0) / w)
-    return u, cos * v0 - sin * ((o**2 * u0 + d * v0) / w)
+    return u, cos * v0 - sin * ((o**2 * u0 + d * v0) / w) if speeds else None
 
 
 def _waves(w, d, rest):
-    """exp(-d t) cos(w t) and exp(-d t) sin(w t) (B, T, K) for w, d (B, K) at `rest` (B, T, 1).
+    """exp(-d t) cos(w t) and exp(-d t) sin(w t) (B, T, K) for w, d (B, K) at `rest` (B, T, 1)."""
+    if len(rest) > 1 and not np.ptp(rest, axis=0).any():
+        return tuple(np.swapaxes(part, 0, 1) for part in _wave(w, d, rest[0, :, 0]))
+    envelope, phase = np.exp(-d[:, None] * rest), w[:, None] * rest
+    return envelope * np.cos(phase), envelope * np.sin(phase)
+
+
+def _wave(w, d, rest):
+    """The same (T, *) for w, d (*) at `rest` (T,).
 
     Neighbours in a batch mostly differ in other things than these; each pair is worked out once.
     """
-    if len(rest) > 1 and not np.ptp(rest, axis=0).any():
-        pairs, of = np.unique(np.ravel(w + 1j * d), return_inverse=True)
-        wave = np.exp(np.multiply.outer(rest[0, :, 0], 1j * pairs.real - pairs.imag))
-        of = of.reshape(w.shape)
-        return tuple(np.swapaxes(part[:, of], 0, 1) for part in (wave.real, wave.imag))
-    envelope, phase = np.exp(-d[:, None] * rest), w[:, None] * rest
-    return envelope * np.cos(phase), envelope * np.sin(phase)
+    pairs, of = np.unique(np.ravel(w + 1j * d), return_inverse=True)
+    wave = np.exp(np.multiply.outer(rest, 1j * pairs.real - pairs.imag))
+    of = of.reshape(w.shape)
+    return wave.real[:, of], wave.imag[:, of]
