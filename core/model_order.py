@@ -24,6 +24,7 @@ from .varpro import ITERATIONS, Poles, fit
 DEGREE = 3  # of the steepest trend
 SLOWEST = 0.7  # creep in nepers over the record; slower ones are polynomials
 TRIAL = 10  # iterations that show whether a step is worth taking
+FOLD = np.pi - 1e-3  # rad a frame; nearer half the frame rate a swing has no phase, nor a size
 PATIENCE = 8  # orders of the pencil without gain before the scan ends
 
 
@@ -66,7 +67,7 @@ def select(record: Record, most: int) -> Model:
 def _poles_of(complex_poles: np.ndarray, record: Record) -> tuple[Poles, int]:
     """Oscillating and real poles out of a pencil's set; those that hardly move make a degree."""
     swinging = complex_poles[complex_poles.imag > 1e-6 / record.dt]
-    swinging = swinging[swinging.imag < (np.pi - 1e-3) / record.dt]
+    swinging = swinging[swinging.imag < FOLD / record.dt]
     poles = Poles(np.maximum(-swinging.real, 0), swinging.imag, np.zeros(0))
     fine = believable(poles, record)
     real = complex_poles[np.abs(complex_poles.imag) <= 1e-6 / record.dt].real
@@ -172,7 +173,7 @@ def _reasonable(record: Record, model: Model) -> Model:
     """Refitted without oscillations that have wandered off to where nothing swings."""
     for _ in range(8):
         poles = model.fit.poles
-        fine = believable(poles, record) & (poles.omega * record.dt < np.pi)
+        fine = believable(poles, record) & (poles.omega * record.dt < FOLD)
         slow = (poles.creep * record.t[-1] > SLOWEST) & (poles.creep * record.dt < FADED)
         if fine.all() and slow.all():
             return model
