@@ -152,10 +152,10 @@ def begun_all(tries: list[Try]) -> list[tuple[Try, Begun]]:
     ]
 
 
-def worth(begun: list[tuple[Try, Begun]], bare: TimeFit | None = None) -> list[bool]:
-    """Whether each of the searches, with where it stands, is worth its end: whether it gains a fair
-    share of what the best one from the same fit does by then, where enough of what is left stands
-    there.
+def worth(begun: list[tuple[Try, Begun]], bare: TimeFit | None = None) -> tuple[list, list]:
+    """Those of the searches, with where they stand, that are worth their end, and the others: worth
+    it is what gains a fair share of what the best one from the same fit does by then, where enough
+    of what is left stands there.
 
     bare: the fit without either effect where two are to tell all that it leaves beyond noise; what
     tells too little of that by then does not go on, where enough of it stands there.
@@ -188,9 +188,7 @@ def worth(begun: list[tuple[Try, Begun]], bare: TimeFit | None = None) -> list[b
             return False
         was, noise = stands(one.start, now.whole)
         most, over = was - least[one.start, now.whole], was - noise
-        if (
-            now.whole
-        ):  # or what the best one of the others will gain, if all goes on as it has begun
+        if now.whole:  # or what the best of the others will gain, as it has begun
             most = max(most, over * share_of_others(one.start))
         late = over < EARLY * (one.start.chi2 - one.start.samples)
         if late or most < TOLD:
@@ -206,7 +204,8 @@ def worth(begun: list[tuple[Try, Begun]], bare: TimeFit | None = None) -> list[b
             return 0.0
         return (was - least[start, False]) / (was - noise)
 
-    return [goes_on(*pair) for pair in begun]
+    going = [pair for pair in begun if goes_on(*pair)]
+    return going, [pair for pair in begun if pair not in going]
 
 
 def _half(start: TimeFit) -> float:

@@ -116,10 +116,8 @@ def singles(start: TimeFit, against: TimeFit | None = None) -> tuple[list[Candid
     for some in (chosen[:AT_ONCE], chosen[AT_ONCE:]):
         if any(c.share > SETTLED for c in best.values()):
             some = [replace(one, runners=1) for one in some]
-        begun = begun_all(some)
-        going = worth(begun)
-        left += [pair for pair, goes_on in zip(begun, going, strict=True) if not goes_on]
-        going = [pair for pair, goes_on in zip(begun, going, strict=True) if goes_on]
+        going, others = worth(begun_all(some))
+        left += others
         _gather(best, _ended(going), against or start)
     return _again([(_ranked(best), chosen, against or start)])[0], left
 
@@ -140,8 +138,7 @@ def seconds(
     against: fits that these are compared with. bare: see `worth`.
     """
     chosen = in_step([partial(_chosen, first.found, BESIDE) for first in firsts])
-    begun = begun_all([one for some in chosen for one in some])
-    going = [pair for pair, on in zip(begun, worth(begun, bare), strict=True) if on]
+    going, _ = worth(begun_all([one for some in chosen for one in some]), bare)
     done = _ended(going)
     out = []
     for first, some, declared in zip(firsts, chosen, against, strict=True):
@@ -200,8 +197,7 @@ def _again(asked: list) -> list[list[Candidate]]:
         for one in chosen:
             if one.effect is effect and effect.marched:
                 tries += [(n, other) for other in _anew(one)]
-    begun = begun_all([one for _, one in tries])
-    going = [pair for pair, on in zip(begun, worth(begun), strict=True) if on]
+    going, _ = worth(begun_all([one for _, one in tries]))
     whose = {id(one): n for n, one in tries}
     for one, found, plainer in _ended(going):
         n = whose[id(one)]

@@ -260,8 +260,7 @@ def test_of_two_that_vie_the_better_one_is_told_by_fits_to_their_end():
 
 def going_on(tries, bare=None):
     """Those of the searches that are worth their end."""
-    begun = begun_all(tries)
-    return [one for (one, _), on in zip(begun, worth(begun, bare), strict=True) if on]
+    return [one for one, _ in worth(begun_all(tries), bare)[0]]
 
 
 def test_a_search_that_falls_behind_is_not_ended():
