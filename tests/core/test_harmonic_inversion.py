@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from core import varpro
 from core.data import poles
 from core.errors import RecordingError
 from core.harmonic_inversion import fit_poles, invert
@@ -339,3 +340,27 @@ def test_what_swings_loudly_is_a_mode_though_its_pitch_jumps():
     found = invert(time, y, noise=np.ones(12))
     assert len(found.frequency) >= 1
     assert 2.8 < found.frequency[0] < 3.1
+
+
+def test_normal_equations_and_orthogonal_ones_give_the_same_poles(monkeypatch):
+    """Where every marker lacks other samples, and where none lacks any."""
+    generator = np.random.default_rng(5)
+    t = np.arange(200) / 100.0
+    truth = varpro.Poles(np.array([0.8, 1.1]), np.array([31.0, 52.0]), np.zeros(0))
+    whole = varpro.basis(t, truth) @ generator.normal(size=(4, 5))
+    whole += 1e-3 * generator.standard_normal(whole.shape)
+    patchy = whole.copy()
+    for channel in range(4):
+        patchy[generator.integers(len(t), size=7), channel] = np.nan
+    near = varpro.Poles(1.1 * truth.decay, 1.01 * truth.omega, truth.creep)
+    for y in (whole, patchy):
+        found = []
+        for least in (varpro.APART, np.inf):
+            monkeypatch.setattr(varpro, "APART", least)
+            found.append(varpro.fit(t, y, np.ones((len(t), 1)), near, noise=np.full(5, 1e-3)))
+        one, other = found
+        assert one.poles.vector == pytest.approx(other.poles.vector, rel=1e-8)
+        assert one.amplitude == pytest.approx(other.amplitude, rel=1e-6)
+        assert one.information == pytest.approx(other.information, rel=1e-6, abs=1e-6)
+        assert one.residual == pytest.approx(other.residual, abs=1e-9, nan_ok=True)
+        monkeypatch.undo()

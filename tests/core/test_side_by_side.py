@@ -191,3 +191,10 @@ def test_two_processes_find_what_one_finds(monkeypatch):
         assert (one.names, one.outdone) == (other.names, other.outdone)
         assert one.found.parameters == pytest.approx(other.found.parameters, rel=1e-9, abs=1e-12)
         assert one.evidence == pytest.approx(other.evidence, rel=1e-9)
+
+
+def test_jobs_of_alike_strides_share_a_piece_where_that_costs_less():
+    """What marches as one costs its steps once; as many jobs without a march are dealt out."""
+    assert sorted(map(sorted, where._halves([16, 64, 16, 64]))) == [[0, 2], [1, 3]]
+    assert sorted(map(len, where._halves([0] * 6))) == [3, 3]
+    assert sorted(map(len, where._halves([32] * 5))) == [2, 3]
