@@ -122,12 +122,24 @@ def lowest(K, M, free, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Frequencies (m,) Hz and shapes (3N, m) over the free rows."""
     start = np.random.default_rng(0).standard_normal(free.size)
     inside = K[free][:, free].tocsc(), M[free][:, free].tocsc()
-    omega2, x = eigsh(inside[0], k=count, M=inside[1], sigma=0, v0=start)
+    omega2, x = eigsh(inside[0], k=count + 1, M=inside[1], sigma=0, v0=start)
     order = np.argsort(omega2)
     shapes = np.zeros((K.shape[0], count))
-    shapes[free] = x[:, order]
+    shapes[free] = directed(omega2[order], x[:, order], start)[:, :count]
     # a body that buckles under its weight has no pitch: 0
-    return np.sqrt(np.clip(omega2[order], 0, None)) / (2 * np.pi), shapes
+    return np.sqrt(np.clip(omega2[order[:count]], 0, None)) / (2 * np.pi), shapes
+
+
+def directed(omega2: np.ndarray, shapes: np.ndarray, some: np.ndarray) -> np.ndarray:
+    """(n, m) the shapes, those of one frequency turned as no machine's rounding decides: to where
+    they weigh most in `some` (n,) weights, and all to where these see them move forwards.
+    """
+    out = shapes.copy()
+    ends = np.flatnonzero(np.diff(omega2) > 1e-6 * abs(omega2[1:])) + 1
+    for group in np.split(np.arange(len(omega2)), ends):
+        part = shapes[:, group]
+        out[:, group] = part @ np.linalg.eigh(part.T @ (some[:, None] * part))[1]
+    return out * np.where(some @ out < 0, -1.0, 1.0)
 
 
 def respond(body: Body, force: np.ndarray, ground=None) -> np.ndarray:
