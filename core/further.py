@@ -2,43 +2,32 @@
 
 import numpy as np
 
+from .all_told import ALIKE, APART, BESIDE, LOWEST, NEAR, SAME, Told, as_heard, cleared, modes_of
 from .baseline import real_shapes
 from .body import Body
 from .channels import Channels
-from .data import RingDown, poles
+from .data import poles
 from .effects.further_mode import (
     further_mode,
     heard_anew,
     is_a_mode,
     is_further,
-    of_take,
     pitch_of,
 )
 from .harmonic_inversion import invert
-from .law import TimeFit, replace
+from .law import TimeFit
 from .linear_part import fitted_instants
-from .match import ACROSS, HARMONIC, SPLIT, Match, is_driven, likeness, mac
+from .match import ACROSS, HARMONIC, Match, is_driven, likeness, mac
 from .refit import without
 from .residual import QUIET, bic
 from .settle import displaced
 from .timefit import extend, fit
 
-APART = 0.03  # relative, from every known pitch
-PARTED = 0.003  # the same, of a pair that a load on the body parts
-BESIDE = 0.25  # relative, from the strongest mode: nearer, what acts in time makes lines too
 TWIN = 0.25  # the same from a mode whose degenerate partner was not matched
-NEAR = 0.1  # of a computed pitch, that a mode beside the strongest one has
-SAME = 0.7  # share along the strongest mode above which it mimics what acts in time
-LOWEST = 0.9  # of the body's lowest pitch
-ALIKE = (0.3, 3.0)  # damping ratio over that of the known modes
-STEEPER = 1.5  # damping ratio over pitch, over the same of the known modes
-LIVELY = 0.25  # damping ratio up to which a mode so far above them may be one
 BODILY = 0.8  # share of its shape within those of the body's low modes
 SPAN = 12  # of them
 OVERTONE = 0.3  # of the swing of a mode, at most, that its overtone has
 NEARLY, SURE = 0.05, 0.9  # of a computed pitch, and MAC: a mode even where an overtone would lie
-QUIETLY = 1.3  # misfit per sample, held out too, up to which a ring-down tells all of a take
-LEFT, LOUDEST = 0.02, 3.0  # the same beside loud modes: of what those leave, and at most
 EVIDENCE = 20.0  # gain in BIC of each
 ROUNDS = 2
 MOST = 6  # modes that are sought at a time
@@ -52,23 +41,31 @@ def with_further(
     A further mode that stays in the residual hides what acts in time, and no body has as few
     modes as were matched. What might be an overtone, a combination, a split pair, a steady line
     or a companion of the strongest mode is left for the effects; but where the `rings` (one a
-    take) foretell what was held out, nothing acts in time, and their poles are the body's.
+    take) foretell what was held out, nothing acts in time, and their poles are the body's. So are,
+    without `rings`, those of a take from which is taken what the fit's effects do; where one of
+    these was read off what was left, no others.
     `at`: the place among the law's effects where they go, the last by default.
     """
     if None in match.modes:
         return found
+    read = any(effect.given for effect in found.law.effects)
     after = 0 if at is None else len(found.law.effects) - at
     for attempt in range(ROUNDS):
         if found.chi2 < QUIET * found.samples:
             break
         effects, known, start, law = [], {}, found, found.law
         for take, index in enumerate(law.fitted):
+            told = None
+            if not attempt and rings:
+                told = Told(rings[index], law.takes[index].values, match.poles)
+            elif not attempt:
+                told = cleared(found, take)
             all_told = []
-            if rings and not attempt:
-                at = _as_heard(found, match, rings[index]) if len(law.fitted) == 1 else found
-                all_told = _told(at, take, match, body, rings[index])
-                start = at if all_told else found
-            heard = all_told or _poles(found, take, match, body)
+            if told:
+                begun = as_heard(found, told) if len(law.fitted) == 1 else found
+                all_told = modes_of(begun, take, match, body, told)
+                start = begun if all_told else found
+            heard = all_told or ([] if read else _poles(found, take, match, body))
             before = known.setdefault(law.pitch[index], [])  # heard in another take
             new = [(f, z) for f, z in heard if all(abs(np.log(f / g)) > APART for g in before)]
             before += [f for f, _ in new]
@@ -80,19 +77,6 @@ def with_further(
             break
         found = wider
     return found
-
-
-def _as_heard(found: TimeFit, match: Match, ring: RingDown) -> TimeFit:
-    """The fit with its modes at the poles that they were matched to: fitted without some of the
-    others, close ones run into one another.
-    """
-    at, p, K = list(match.poles), found.parameters.copy(), found.law.modes
-    if len(set(at)) < K:  # some were never heard by themselves
-        return found
-    p[:K] = np.log(ring.frequency[at])
-    if found.law.damping == "free":
-        p[K : 2 * K] = ring.damping_ratio[at]
-    return replace(found, parameters=p)
 
 
 def with_left_out(found: TimeFit, heard: list[tuple[int, float, float]]) -> TimeFit:
@@ -173,71 +157,6 @@ def _fitted(found: TimeFit, effects: list, at: int) -> TimeFit:
     return fit(law, p, evaluations=15)
 
 
-def _told(
-    found: TimeFit, take: int, match: Match, body: Body, ring: RingDown
-) -> list[tuple[float, float]]:
-    """(Hz, damping ratio) of the unmatched poles of a ring-down that tells all of a take.
-
-    Empty where it leaves more than noise, or than a trifle of what the matched modes leave, in the
-    held-out part too, or where one of them is no mode of a body.
-    """
-    law = found.law
-    data: Channels = law.takes[law.fitted[take]]
-    on = ~data.support
-    late = 0.0 if data.late is None else data.late
-    when = np.broadcast_to(data.time[:, None] - ring.t0 + late, data.values.shape)
-    told = sum(
-        (a * np.exp(p * when)).real
-        for p, a in zip(poles(ring.frequency, ring.damping_ratio), ring.amplitude, strict=True)
-    )
-    left = ((data.values - told - ring.offset) / data.sigma)[:, on]
-    unmatched = (data.values - found.predicted[law.fitted[take]]) / data.sigma
-    for part in (data.fit, ~data.fit):
-        if part.any() and np.nanmean(left[part] ** 2) > max(
-            QUIETLY, min(LOUDEST, 1 + LEFT * np.nanmean(unmatched[part][:, on] ** 2))
-        ):
-            return []
-    own = found.pitches(take)
-    paired, pair = law.setting.paired, law.setting.pair
-    loaded = bool(data.take.loads) and len({law.pitch[i] for i in law.fitted}) > 1
-    computed = body.modes.frequency * own[0] / body.modes.frequency[match.modes[0]]
-    lowest, unmatched = LOWEST * computed[0], np.delete(computed, match.modes)
-    apart = np.abs(np.log(ring.frequency[:, None] / own))
-    theirs = apart.argmin(axis=0)  # the pole of each mode that is fitted
-    there = [pitch_of(effect, theta) for _, effect, theta in of_take(found, take)]
-    out = []
-    for n, (f, z, amplitude) in enumerate(
-        zip(ring.frequency, ring.damping_ratio, ring.amplitude, strict=True)
-    ):
-        if any(abs(np.log(f / k)) < PARTED for k in there):
-            continue
-        # a pair, by the load: where all takes have it, one that was computed, too
-        near = bool(data.take.loads) and (np.abs(np.log(unmatched / f)) < NEAR).any()
-        parted = (loaded or near) and n not in theirs and apart[n].min() > PARTED
-        if not parted and (apart[n].min() < APART or (paired and apart[n, pair] < SPLIT)):
-            continue
-        shape = real_shapes(amplitude[None])[0][0][on]
-        if not (
-            damps_alike(f, z, own, found.damping_ratio)
-            # a load lowers what is heard first by less than what lies below
-            and (loaded or f > lowest)
-            and (near or not _mimics(shape, f, found.shapes_of(take)[:, on], own))
-        ):
-            return []
-        out.append((float(f), float(z)))
-    return out
-
-
-def _mimics(shape: np.ndarray, f: float, known: np.ndarray, own: np.ndarray) -> bool:
-    """Whether a motion (C,) at `f` Hz goes as the strongest of the `known` modes (K, C) or the pair
-    that it is one of, as what acts in time makes it.
-    """
-    near = (np.abs(np.log(f / own)) < BESIDE) & (np.abs(np.log(own[0] / own)) < SPLIT)
-    near[0] = True
-    q, _ = np.linalg.qr(known[near].T)
-    return bool(((q.T @ shape) ** 2).sum() > SAME * (shape @ shape))
-
-
 def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[float, float]]:
     """(Hz, damping ratio) of the poles of what is left of a take that are modes of the body."""
     law = found.law
@@ -294,16 +213,6 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
             out.append((float(f), float(z)))
             known.append(f)
     return out
-
-
-def damps_alike(f: float, z: float, own: np.ndarray, damping_ratio: np.ndarray) -> bool:
-    """Whether a mode of `f` Hz may be damped by `z` in a body with modes (K,) Hz and their ratios.
-
-    Stiffness that loses energy damps the n-fold pitch n-fold (Rayleigh damping).
-    """
-    usual, steep = np.median(damping_ratio), np.median(damping_ratio / own)
-    most = max(ALIKE[1] * usual, min(STEEPER * steep * f, LIVELY))
-    return bool(ALIKE[0] * usual < z < most)
 
 
 def _bases(found: TimeFit, take: int, line: tuple, on: np.ndarray) -> list[float]:

@@ -124,12 +124,18 @@ def parted(measured: Measured, modes: tuple, own: np.ndarray, split: tuple) -> M
 
 def _blurred(heard: Heard, final: TimeFit) -> np.ndarray:
     """(K,) relative, how far computed modes that were not matched lie from each mode but the
-    strongest, those within its half-width: they may sound as one.
+    strongest, those within its half-width, or its width where it is heard between the two: they may
+    sound as one.
     """
     own, matched = heard.body.modes.frequency, list(heard.match.modes)
-    gaps = np.abs(np.log(np.delete(own, matched) / own[matched][:, None]))
-    far = np.where(gaps < final.damping_ratio[:, None], gaps, 0.0).max(axis=1)
-    far[np.argmax(final.swings)] = 0.0
+    strongest = int(np.argmax(final.swings))
+    scaled = np.log(own / own[matched[strongest]] * final.frequency[strongest])
+    at, heard_at = scaled[matched][:, None], np.log(final.frequency)[:, None]
+    others = np.delete(scaled, matched)
+    gaps, half = np.abs(others - at), final.damping_ratio[:, None]
+    between = (heard_at - at) * (others - heard_at) > 0
+    far = np.where(gaps < np.where(between, 2 * half, half), gaps, 0.0).max(axis=1)
+    far[strongest] = 0.0
     return far
 
 

@@ -11,7 +11,7 @@ from .data import RingDown, poles
 from .errors import RecordingError
 from .model_order import prepare, select
 from .noise_floor import noise_floor
-from .significance import inflation
+from .significance import MATERIAL, inflation
 
 __all__ = ["fit_poles", "invert", "noise_floor"]
 
@@ -20,13 +20,20 @@ FEWEST_FRAMES = 12
 
 
 def invert(
-    time: np.ndarray, signals: np.ndarray, *, max_modes: int | None = None, t0=None, noise=None
+    time: np.ndarray,
+    signals: np.ndarray,
+    *,
+    max_modes: int | None = None,
+    t0=None,
+    noise=None,
+    faintest: float = MATERIAL,
 ) -> RingDown:
     """Modes of a ring-down, as many as the data force upon us; strongest first.
 
     time (T,) s ascending, even or not; signals (T, C), NaN where a sample is missing. Samples
     before `t0` (s, default the first) are left out, and amplitudes refer to the first one used.
-    `noise` (C,) rms weights the channels where it is known. A constant is always in the model, a
+    `noise` (C,) rms weights the channels where it is known. `faintest`: share of all motion, rms,
+    from which a mode that is beyond chance is worth a name. A constant is always in the model, a
     slow trend or a creep where the data ask for one; neither is a mode. Raises RecordingError on
     too little data.
     """
@@ -35,7 +42,7 @@ def invert(
     floor = noise_floor(time, signals) if given is None else given
     room = (int(np.isfinite(signals).sum(axis=0).min()) - 6) // 4
     most = max(0, min(MOST_MODES if max_modes is None else max_modes, room))
-    record = prepare(time, signals, floor, given)
+    record = prepare(time, signals, floor, given, faintest)
     return _ringdown(select(record, most).fit, time, given)
 
 

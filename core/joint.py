@@ -282,7 +282,8 @@ def laid_bare(heard: Heard, found: TimeFit, effects: int) -> TimeFit:
     """
     own = found.law.effects[-effects:]
     known = any(e.layer == "pair" for e in found.law.effects)
-    if None not in heard.match.modes and not known and all(e.layer == "camera" for e in own):
+    at_fault = all(e.layer == "camera" and not e.given for e in own)
+    if None not in heard.match.modes and not known and at_fault:
         gaps = _gaps(heard.match.modes, heard.body)
         found = _with_partners(found, gaps, effects)
     return with_further(found, heard.match, heard.body, at=len(found.law.effects) - effects)

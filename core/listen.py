@@ -72,7 +72,7 @@ def _at_release(ring: RingDown, data: Channels) -> RingDown:
     """The ring-down of the moving channels as that of all, with the amplitudes at the release, for
     the first sample may be later.
     """
-    ring = _spread(ring, ~data.support, data.sigma)
+    ring = spread(ring, ~data.support, data.sigma)
     pole = poles(ring.frequency, ring.damping_ratio)
     amplitude = at_once(ring.amplitude, pole, data.late)
     return replace(ring, amplitude=amplitude * np.exp(-pole * ring.t0)[:, None], t0=0.0)
@@ -158,7 +158,7 @@ def _on_a_frame(time: np.ndarray, when: float) -> float:
     return nearest if abs(nearest - when) < ROUNDED * np.median(np.diff(time)) else when
 
 
-def _spread(ring: RingDown, moving: np.ndarray, noise: np.ndarray) -> RingDown:
+def spread(ring: RingDown, moving: np.ndarray, noise: np.ndarray) -> RingDown:
     """The ring-down with still channels put back as zeros."""
     amplitude = np.zeros((len(ring.frequency), len(moving)), complex)
     amplitude[:, moving] = ring.amplitude

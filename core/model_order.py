@@ -12,6 +12,7 @@ from .significance import (
     CHANCE,
     CYCLES,
     FADED,
+    MATERIAL,
     Model,
     Record,
     believable,
@@ -28,11 +29,13 @@ FOLD = np.pi - 1e-3  # rad a frame; nearer half the frame rate a swing has no ph
 PATIENCE = 8  # orders of the pencil without gain before the scan ends
 
 
-def prepare(time: np.ndarray, signals: np.ndarray, floor: np.ndarray, noise=None) -> Record:
+def prepare(
+    time: np.ndarray, signals: np.ndarray, floor: np.ndarray, noise=None, faintest=MATERIAL
+) -> Record:
     """A record whose noise is about `floor` (C,)."""
     dt, even = evenly(time, signals)
     scale = np.where(floor > 0, floor, 1.0)
-    return Record(time - time[0], signals, dt, even / scale, floor, noise)
+    return Record(time - time[0], signals, dt, even / scale, floor, noise, faintest)
 
 
 def polynomial(t: np.ndarray, degree: int) -> np.ndarray:

@@ -6,10 +6,10 @@ fitted. High ones die first, so the first frames are left out instead.
 
 import numpy as np
 
+from .all_told import SAME, damps_alike
 from .baseline import real_shapes
 from .channels import Channels
 from .data import RingDown, poles
-from .further import SAME, damps_alike
 from .match import mac
 
 FEW = 3  # of them, from which they are waited for; fewer are fitted as further modes

@@ -23,7 +23,8 @@ RUNNERS = 2  # starting places of an effect that are fitted
 HALF = 0.5  # share of the record up to which all go
 HORIZONS = (0.15, 0.3, HALF, 0.7, 1.0)  # shares of the fitted part: a phase must not slip
 PERIODS = 2.0  # of the first mode that a share must hold
-WORTH = 0.6  # of the best one's gain by half of the record, or of what two effects must tell there
+WORTH = 0.6  # of the best one's gain by half of the record
+TELLS = 0.4  # of what two effects must tell by then in the end: one of them may show later
 LEAST = 0.02  # of the misfit beyond noise there, that it gains
 EARLY = 0.25  # of all that is to be told, from which half of the record shows who tells it
 TOLD = (
@@ -179,7 +180,7 @@ def worth(begun: list[tuple[Try, Begun]], bare: TimeFit | None = None) -> tuple[
             return True
         was, noise = stands(bare, now.whole)
         over, whole = was - NOISY * noise, bare.chi2 - NOISY * bare.samples
-        return over < max(EARLY * whole, TOLD) or was - now.misfit > WORTH * over
+        return over < max(EARLY * whole, TOLD) or was - now.misfit > TELLS * over
 
     def goes_on(one, now):
         if not np.isfinite(now.misfit):

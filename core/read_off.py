@@ -12,6 +12,9 @@ from .law import TimeFit
 from .refit import instead
 from .timefit import extend, fit
 
+ROUNDS = 3  # of looks for more jumps
+REFITTED = 10  # looks of a fit with jumps: what it took for a pitch must turn back
+
 
 def read_off(start: TimeFit) -> list[Effect]:
     """Effects that are made from what a fit leaves."""
@@ -26,7 +29,7 @@ def read_off(start: TimeFit) -> list[Effect]:
         swings = law.setting.duration * law.setting.omega[0] / (2 * np.pi)
         out += tracker_drift.propose(law.takes, left, law.fitted[0], swings)
     if all(np.isfinite(_left(start, n)).all(axis=1).sum() > 12 for n in range(len(law.fitted))):
-        out += _jumps(start)
+        out += jumps(start)
     if _common_is_possible(start, data):
         shared = tuple(
             base_motion.common_motion(t, t.values - p) if _is_read(t) else np.zeros_like(t.values)
@@ -55,34 +58,51 @@ def _left(found: TimeFit, take: int) -> np.ndarray:
     return found.law.takes[index].values - found.predicted[index]
 
 
-def _jumps(start: TimeFit) -> list[Effect]:
+def jumps(start: TimeFit) -> list[Effect]:
     """The one effect whose jumps, all whole frames, the residuals show, if they show any."""
     takes = tuple(start.law.takes[index] for index in start.law.fitted)
-    jumps, found = ((),) * len(takes), start
-    for _ in range(3):
+    known, found = ((),) * len(takes), start
+    for _ in range(ROUNDS):
+        seen = [lost_frames.next_jumps(_sight(found, n)) for n in range(len(takes))]
+        # what else is missing makes jumps too, of any length
+        sure = [[jump for jump in own if lost_frames.is_whole(jump[1])] for own in seen]
+        if any(sure) or any(known):
+            seen = sure
         more = [
-            [(when, round(g) * data.frame) for when, g in lost_frames.next_jumps(_sight(found, n))]
-            for n, data in enumerate(takes)
+            [(when, round(g) * data.frame) for when, g in own]
+            for own, data in zip(seen, takes, strict=True)
         ]
         if not any(gain for own in more for _, gain in own):
             break
-        jumps = _gathered(jumps, more, takes)
-        found = _with_jumps(start, jumps, takes)
-    for n, at in [(n, at) for n, own in enumerate(jumps) for at in range(len(own))]:
-        (when, gap), own = jumps[n][at], jumps[n]
+        known = _gathered(known, more, takes)
+        found = _with_jumps(start, known, takes)
+    for n, at in [(n, at) for n, own in enumerate(known) for at in range(len(own))]:
+        (when, gap), own = known[n][at], known[n]
         moved = [
-            (*jumps[:n], (*own[:at], (when + shift, gap), *own[at + 1 :]), *jumps[n + 1 :])
+            (*known[:n], (*own[:at], (when + shift, gap), *own[at + 1 :]), *known[n + 1 :])
             for shift in takes[n].frame * np.array([-2, -1, 1, 2])
         ]
         effects = [lost_frames.lost(one, takes) for one in moved]
         better = in_step([partial(instead, found, effect) for effect in effects])
         left = [one.chi2 if one else np.inf for one in better]
         if min(left) < found.chi2:
-            jumps, found = moved[int(np.argmin(left))], better[int(np.argmin(left))]
+            known, found = moved[int(np.argmin(left))], better[int(np.argmin(left))]
     # two that were moved together may be none
-    jumps = _gathered(jumps, ((),) * len(takes), takes)
-    whole = all(_sight(found, n).are_whole(own) for n, own in enumerate(jumps) if own)
-    return [lost_frames.lost(jumps, takes)] if any(jumps) and whole else []
+    known = _gathered(known, ((),) * len(takes), takes)
+    while any(known) and (whole := _whole(found, known)) != known:
+        known = whole
+        found = _with_jumps(start, known, takes)
+    return [lost_frames.lost(known, takes)] if any(known) else []
+
+
+def _whole(found: TimeFit, known: tuple) -> tuple:
+    """The jumps without those that the fit with them leaves other than whole."""
+    out = []
+    for n, own in enumerate(known):
+        left = _sight(found, n).left_of(own) if own else ()
+        pairs = zip(own, left, strict=True)
+        out.append(tuple(jump for jump, rest in pairs if abs(rest) < lost_frames.WHOLE))
+    return tuple(out)
 
 
 def _gathered(jumps: tuple, more, takes: tuple) -> tuple:
@@ -94,7 +114,7 @@ def _gathered(jumps: tuple, more, takes: tuple) -> tuple:
 
 def _with_jumps(start: TimeFit, jumps: tuple, takes: tuple) -> TimeFit:
     law, p = extend(start, (lost_frames.lost(jumps, takes),), [()])
-    return fit(law, p, evaluations=2)
+    return fit(law, p, evaluations=REFITTED)
 
 
 def _sight(found: TimeFit, take: int) -> lost_frames.Sight:

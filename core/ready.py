@@ -63,17 +63,13 @@ def widened(strong: list[Candidate], declared: TimeFit, widen: Callable) -> list
 def _laid_bare(found: list[Candidate], able: list[bool], declared: TimeFit, widen: Callable):
     """The candidates, best first, those that are `able` with a second time of a relaxation and with
     further modes where that is better.
-
-    What an effect took from the residual itself lays no mode bare.
     """
 
     def laid_bare(c, may):
-        own = c.found.law.effects[-len(c.names) :]
         if not may or c.found.chi2 < NOISY * c.found.samples:
             return c
-        two = with_branch(c.found, len(own))
-        more = two if any(e.given for e in own) else widen(two, len(own))
-        others = [judge(c.names, found, declared) for found in (two, more)]
+        two = with_branch(c.found, len(c.names))
+        others = [judge(c.names, found, declared) for found in (two, widen(two, len(c.names)))]
         return max(c, *others, key=lambda one: one.evidence)
 
     out = in_step([partial(laid_bare, *one) for one in zip(found, able, strict=True)])

@@ -37,6 +37,7 @@ class Record:
     even: np.ndarray  # (T', C) on an even grid without gaps, in units of the noise
     floor: np.ndarray  # (C,) noise
     noise: np.ndarray | None  # (C,) as given
+    faintest: float = MATERIAL  # share of the motion, rms, that a mode must have
 
     @property
     def size(self) -> np.ndarray:
@@ -97,7 +98,7 @@ def needed(record: Record, small: Model, large: Model, k: int | None) -> bool:
     if swings and makeshift(record, large, k, small):
         return False
     motion = np.nansum((record.y - np.nanmean(record.y, axis=0)) ** 2)
-    return bool(less > MATERIAL**2 * motion or less > CLEARED * before)
+    return bool(less > record.faintest**2 * motion or less > CLEARED * before)
 
 
 def makeshift(record: Record, model: Model, k: int, small: Model | None = None) -> bool:

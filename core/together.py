@@ -16,7 +16,8 @@ from .effects.further_mode import ran_off
 from .in_step import in_step
 from .law import TimeFit, replace
 from .outset import begin, outsets
-from .race import raced, unlike
+from .race import Try, race, raced, unlike
+from .read_off import jumps
 from .refit import turned
 from .residual import NOISY, bic
 from .side_by_side import in_step_by_halves
@@ -65,9 +66,11 @@ def _beside(start: TimeFit, ranked: list[Candidate]):
     able = [single for single in ranked if single.evidence >= EVIDENCE]
     fitting = sorted(able, key=lambda single: bic(single.found))
     first = list(dict.fromkeys([*able[:BEAM], *fitting[:BEAM]]))
+    beside = list(zip(first, seconds(first, [start] * len(first), start), strict=True))
+    beside += _with_jumps(start, [single for single in able if single not in first])
     found = [
         (single, candidate)
-        for single, some in zip(first, seconds(first, [start] * len(first), start), strict=True)
+        for single, some in beside
         for candidate in some
         # more freedom cannot fit worse: else the search went astray
         if not candidate.outdone and candidate.found.chi2 <= single.found.chi2
@@ -76,6 +79,24 @@ def _beside(start: TimeFit, ranked: list[Candidate]):
     dropped = in_step([lambda c=c: outdone(turned(c.found)) for c in doubtful])
     gone = {id(c) for c, out in zip(doubtful, dropped, strict=True) if out}
     return [candidate for _, candidate in found if id(candidate) not in gone]
+
+
+def _with_jumps(start: TimeFit, others: list[Candidate]) -> list:
+    """(single effect, the candidates that lost frames make of it) of those that show any.
+
+    Jumps hide what tells little without them, and cost no search.
+    """
+    seen = in_step([partial(jumps, single.found) for single in others])
+    tries = [
+        (single, Try(single.found, np.zeros(1), effect, [()]))
+        for single, effects in zip(others, seen, strict=True)
+        for effect in effects
+    ]
+    done = in_step([partial(race, one) for _, one in tries])
+    return [
+        (single, [judge((*single.names, one.effect.name), found, start)])
+        for (single, one), found in zip(tries, done, strict=True)
+    ]
 
 
 def _of_the_library(start: TimeFit) -> list[Candidate]:

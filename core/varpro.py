@@ -13,6 +13,7 @@ import numpy as np
 from .errors import RecordingError
 
 ITERATIONS = 80
+GONE = 1e-100  # norm of a column that is nought: what swings by it would be beyond all numbers
 APART = 1e-4  # sine between a column and those before it, below which squares cost digits
 
 
@@ -150,7 +151,7 @@ def _project(samples: _Samples, poles: Poles):
     moving = basis(samples.t, poles)
     phi = np.hstack([moving, samples.x])
     scale = np.sqrt(np.einsum("tn,tn->n", phi, phi))
-    scale[scale == 0] = 1.0
+    scale[scale < GONE] = 1.0
     n, channels = phi.shape[1], samples.channels
     columns = np.hstack([phi / scale, samples.t[:, None] * moving])
     phi, tangent = columns[:, :n], columns[:, n:]
@@ -257,7 +258,7 @@ def _levenberg_marquardt(evaluate, start, low, iterations: int):
         rhs = -state["gradient"][free] / scale
         step[free] = np.linalg.solve(scaled + damping * np.eye(len(scale)), rhs) / scale
         trial = np.maximum(vector + step, low)
-        tried = evaluate(trial)
+        tried = evaluate(trial) if np.isfinite(trial).all() else state | {"cost": np.inf}
         gain = state["cost"] - tried["cost"]
         if gain >= 0:
             small = np.max(np.abs(trial - vector)[free] * scale) < 1e-5

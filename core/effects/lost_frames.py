@@ -49,6 +49,11 @@ def gathered(jumps, more, frame: float) -> tuple[tuple[float, float], ...]:
     return tuple(sorted((when, gain) for when, gain in total.values() if abs(gain) > 1e-9))
 
 
+def is_whole(frames: float) -> bool:
+    """Whether a jump is of a whole number of frames, and not of none."""
+    return bool(round(frames)) and abs(frames - round(frames)) < WHOLE
+
+
 def next_jumps(seen: "Sight") -> list[tuple[float, float]]:
     """Instants (s) and lengths (frames, not yet whole) of the jumps that a residual shows."""
     chosen, gains, left = [], np.zeros(0), seen.residual
@@ -98,7 +103,7 @@ class Sight:
         gains, *_ = np.linalg.lstsq(columns, y, rcond=None)
         return gains, (y - columns @ gains).reshape(self.residual.shape)
 
-    def are_whole(self, jumps) -> bool:
-        """Whether nothing but whole frames is left of these jumps."""
+    def left_of(self, jumps) -> np.ndarray:
+        """Frames (j,) of each of these jumps that are left in the residual."""
         places = [int(np.argmin(np.abs(self.time - when))) for when, _ in jumps]
-        return bool((np.abs(self.gains(places)[0]) < WHOLE).all())
+        return self.gains(places)[0]

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag, eigh
 
+from core.all_told import damps_alike
 from core.compare import Measured, compare
 from core.data import Material
 from core.effects import added_mass, compliant_pin, graded_stiffness, poisson_ratio
 from core.elasticity import assemble, hold, lump_operator, lump_radius
 from core.findings import DOUBT, _chance
-from core.further import damps_alike
 from core.ground import parted
 from core.modal_layer import _fit, improved
 from core.modes import solve_modes

@@ -1,0 +1,157 @@
+"""Modes of a ring-down that tells all of a take, or all but what the effects of a fit do."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .baseline import real_shapes
+from .body import Body
+from .channels import Channels
+from .data import RingDown, poles
+from .effects.further_mode import of_take, pitch_of
+from .harmonic_inversion import invert
+from .law import TimeFit, replace, unpack
+from .linear_part import fitted_instants
+from .listen import spread
+from .match import SPLIT, Match
+from .shutter import later
+from .simulate import free_swing
+
+APART = 0.03  # relative, from every known pitch
+PARTED = 0.003  # the same, of a pair that a load on the body parts
+BESIDE = 0.25  # relative, from the strongest mode: nearer, what acts in time makes lines too
+NEAR = 0.1  # of a computed pitch, that a mode beside the strongest one has
+SAME = 0.7  # share along the strongest mode above which it mimics what acts in time
+LOWEST = 0.9  # of the body's lowest pitch
+ALIKE = (0.3, 3.0)  # damping ratio over that of the known modes
+STEEPER = 1.5  # damping ratio over pitch, over the same of the known modes
+LIVELY = 0.25  # damping ratio up to which a mode so far above them may be one
+QUIETLY = 1.3  # misfit per sample, held out too, up to which a ring-down tells all of a take
+LEFT, LOUDEST = 0.02, 3.0  # the same beside loud modes: of what those leave, and at most
+FEWEST = 24  # frames of a take that is heard anew
+
+
+@dataclass(frozen=True, eq=False)
+class Told:
+    """A ring-down, and of what."""
+
+    ring: RingDown
+    values: np.ndarray  # (T, C) that it is of
+    at: tuple[int, ...]  # the pole of each mode that is fitted
+
+
+def cleared(found: TimeFit, take: int) -> Told | None:
+    """The fitted take's modes, as they swing without what the effects do, and all that is left.
+
+    None where nothing is heard in that. Two modes close together, which what is left alone does not
+    tell apart, are heard beside the others.
+    """
+    law = found.law
+    data: Channels = law.takes[law.fitted[take]]
+    omega, zeta, start, _ = unpack(law, found.parameters[None], take)
+    motion = free_swing(omega, zeta, start, data.time[None])
+    if data.late is None:
+        u, v = (one[0][:, None] for one in motion)
+    else:
+        u, v = (np.swapaxes(one[0], 0, 1) for one in later(omega, zeta, motion, data.late.T[None]))
+    turning = list(law.turning)
+    both = np.concatenate([u, (v / omega[0])[..., turning]], axis=-1)  # (T, 1 or C, n)
+    at = law.own * law.condition[law.fitted[take]]
+    swings = (both * found.coefficients[:, at : at + law.own]).sum(axis=-1)
+    values = data.values - found.predicted[law.fitted[take]] + swings
+    on, use = ~data.support, fitted_instants(law, found.theta, data)[1]
+    if np.isfinite(values[use][:, on]).all(axis=1).sum() < FEWEST:
+        return None
+    ring = invert(data.time[use], values[use][:, on], noise=data.sigma[on], faintest=0.0)
+    if not len(ring.frequency):
+        return None
+    apart = np.abs(np.log(ring.frequency[:, None] / found.pitches(take)))
+    return Told(spread(ring, on, data.sigma), values, tuple(apart.argmin(axis=0)))
+
+
+def as_heard(found: TimeFit, told: Told) -> TimeFit:
+    """The fit with its modes at the poles that they were matched to: fitted without some of the
+    others, close ones run into one another.
+    """
+    at, p, K = list(told.at), found.parameters.copy(), found.law.modes
+    if len(set(at)) < K:  # some were never heard by themselves
+        return found
+    p[:K] = np.log(told.ring.frequency[at])
+    if found.law.damping == "free":
+        p[K : 2 * K] = told.ring.damping_ratio[at]
+    return replace(found, parameters=p)
+
+
+def modes_of(
+    found: TimeFit, take: int, match: Match, body: Body, told: Told
+) -> list[tuple[float, float]]:
+    """(Hz, damping ratio) of the unmatched poles of a ring-down that tells all of a take.
+
+    Empty where it leaves more than noise, or than a trifle of what the matched modes leave, in the
+    held-out part too, or where one of them is no mode of a body.
+    """
+    law, ring = found.law, told.ring
+    data: Channels = law.takes[law.fitted[take]]
+    on = ~data.support
+    late = 0.0 if data.late is None else data.late
+    when = np.broadcast_to(data.time[:, None] - ring.t0 + late, data.values.shape)
+    swings = sum(
+        (a * np.exp(p * when)).real
+        for p, a in zip(poles(ring.frequency, ring.damping_ratio), ring.amplitude, strict=True)
+    )
+    left = ((told.values - swings - ring.offset) / data.sigma)[:, on]
+    unmatched = (data.values - found.predicted[law.fitted[take]]) / data.sigma
+    for part in (data.fit, ~data.fit):
+        if part.any() and np.nanmean(left[part] ** 2) > max(
+            QUIETLY, min(LOUDEST, 1 + LEFT * np.nanmean(unmatched[part][:, on] ** 2))
+        ):
+            return []
+    own = found.pitches(take)
+    paired, pair = law.setting.paired, law.setting.pair
+    loaded = bool(data.take.loads) and len({law.pitch[i] for i in law.fitted}) > 1
+    computed = body.modes.frequency * own[0] / body.modes.frequency[match.modes[0]]
+    lowest, unmatched = LOWEST * computed[0], np.delete(computed, match.modes)
+    apart = np.abs(np.log(ring.frequency[:, None] / own))
+    theirs = apart.argmin(axis=0)  # the pole of each mode that is fitted
+    there = [pitch_of(effect, theta) for _, effect, theta in of_take(found, take)]
+    out = []
+    for n, (f, z, amplitude) in enumerate(
+        zip(ring.frequency, ring.damping_ratio, ring.amplitude, strict=True)
+    ):
+        if any(abs(np.log(f / k)) < PARTED for k in there):
+            continue
+        # a pair, by the load: where all takes have it, one that was computed, too
+        near = bool(data.take.loads) and (np.abs(np.log(unmatched / f)) < NEAR).any()
+        parted = (loaded or near) and n not in theirs and apart[n].min() > PARTED
+        if not parted and (apart[n].min() < APART or (paired and apart[n, pair] < SPLIT)):
+            continue
+        shape = real_shapes(amplitude[None])[0][0][on]
+        if not (
+            damps_alike(f, z, own, found.damping_ratio)
+            # a load lowers what is heard first by less than what lies below
+            and (loaded or f > lowest)
+            and (near or not _mimics(shape, f, found.shapes_of(take)[:, on], own))
+        ):
+            return []
+        out.append((float(f), float(z)))
+    return out
+
+
+def _mimics(shape: np.ndarray, f: float, known: np.ndarray, own: np.ndarray) -> bool:
+    """Whether a motion (C,) at `f` Hz goes as the strongest of the `known` modes (K, C) or the pair
+    that it is one of, as what acts in time makes it.
+    """
+    near = (np.abs(np.log(f / own)) < BESIDE) & (np.abs(np.log(own[0] / own)) < SPLIT)
+    near[0] = True
+    q, _ = np.linalg.qr(known[near].T)
+    return bool(((q.T @ shape) ** 2).sum() > SAME * (shape @ shape))
+
+
+def damps_alike(f: float, z: float, own: np.ndarray, damping_ratio: np.ndarray) -> bool:
+    """Whether a mode of `f` Hz may be damped by `z` in a body with modes (K,) Hz and their ratios.
+
+    Stiffness that loses energy damps the n-fold pitch n-fold (Rayleigh damping).
+    """
+    usual, steep = np.median(damping_ratio), np.median(damping_ratio / own)
+    most = max(ALIKE[1] * usual, min(STEEPER * steep * f, LIVELY))
+    return bool(ALIKE[0] * usual < z < most)
