@@ -183,7 +183,8 @@ def worth(begun: list[tuple[Try, Begun]], bare: TimeFit | None = None) -> tuple[
         return over < max(EARLY * whole, TOLD) or was - now.misfit > TELLS * over
 
     def goes_on(one, now):
-        if not np.isfinite(now.misfit):
+        # a clock may show where it was not fitted
+        if one.effect.clock or not np.isfinite(now.misfit):
             return True
         if not tells(now):
             return False

@@ -106,6 +106,13 @@ def test_what_was_held_briefly_may_creep_more_than_it_showed():
     assert most["time"] * (1 + most["ratio"]) == pytest.approx(2.0)
 
 
+@pytest.mark.parametrize(
+    ("frames", "whole"), [(1.1, True), (-1.9, True), (0.5, False), (0.1, False), (2.4, False)]
+)
+def test_a_jump_is_of_whole_frames(frames, whole):
+    assert lost_frames.is_whole(frames) == whole
+
+
 def test_jumps_that_cancel_are_none():
     frame = 0.016667  # of 60 a second, as it is written
     jumps = [(2.5 * frame, frame), (181.5 / 60, frame)]

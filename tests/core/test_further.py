@@ -3,24 +3,40 @@
 import numpy as np
 import pytest
 
-from core.effects import lost_frames
+from core.all_told import _mimics, cleared
+from core.effects import large_amplitude, lost_frames
 from core.effects.further_mode import further_mode, pitch_of
-from core.further import _mimics, _staying
+from core.further import _staying
 from core.law import replace
 from core.linear_part import fitted_instants
 from core.match import mac
 from core.refit import LESS, lighter
 from tests.core.test_simulate import AMPLITUDE
-from tests.core.test_timefit import SHAPE, TIME, W, channels, declared, moved
+from tests.core.test_timefit import (
+    NOISE,
+    SHAPE,
+    TIME,
+    Backbone,
+    W,
+    channels,
+    declared,
+    moved,
+    raced,
+)
 
 FIRST = W / (2 * np.pi)  # Hz
 OTHER = np.array([0.3, -0.5, 0.8, 0.6])  # how the markers show the further mode
 
 
+def ringing(times, zeta=0.03):
+    """(T,) a swing `times` as high as the known mode."""
+    w = times * W
+    return np.exp(-zeta * w * TIME) * np.cos(w * np.sqrt(1 - zeta**2) * TIME + 0.7)
+
+
 def sounding(times, zeta=0.03):
     """The known mode with a further one `times` as high, found without the latter."""
-    w = times * W
-    wave = np.exp(-zeta * w * TIME) * np.cos(w * np.sqrt(1 - zeta**2) * TIME + 0.7)
+    wave = ringing(times, zeta)
     return declared(channels(moved() + 0.3 * AMPLITUDE * np.outer(wave, OTHER)))
 
 
@@ -31,6 +47,19 @@ def test_a_mode_is_found_where_it_is_though_it_was_heard_beside(heard):
     pitch = pitch_of(found.law.effects[0], found.theta[0][0])
     assert pitch == pytest.approx(2.5 * FIRST, rel=2e-3)
     assert found.chi2 < 1.1 * found.samples
+
+
+def test_faint_modes_beside_an_effect_are_heard_in_what_the_take_would_show_without_it():
+    values = moved(Backbone(0.05, 0.0))
+    for times, shape in ((2.2, OTHER), (2.6, OTHER[::-1])):
+        values = values + 0.03 * AMPLITUDE * np.outer(ringing(times), shape)
+    without = declared(channels(values))
+    found = raced(without, large_amplitude.EFFECT)
+    told = cleared(found, 0)
+    assert np.sort(told.ring.frequency) / FIRST == pytest.approx([1, 2.2, 2.6], rel=0.01)
+    assert told.ring.frequency[list(told.at)] == pytest.approx(found.frequency, rel=1e-3)
+    left = told.values - cleared(without, 0).values
+    assert np.abs(left).max() > 5 * NOISE  # the backbone, that is taken away
 
 
 def test_what_turns_out_an_overtone_is_no_mode():

@@ -364,3 +364,15 @@ def test_normal_equations_and_orthogonal_ones_give_the_same_poles(monkeypatch):
         assert one.information == pytest.approx(other.information, rel=1e-6, abs=1e-6)
         assert one.residual == pytest.approx(other.residual, abs=1e-9, nan_ok=True)
         monkeypatch.undo()
+
+
+@pytest.mark.parametrize("decay", [2e4, 3.6e4, 8e4])
+def test_a_pole_that_dies_within_a_frame_is_no_overflow(decay):
+    t = np.arange(60) / 100
+    y = np.outer(np.exp(-2 * t) * np.cos(40 * t), [1.0, 0.5])
+    y += 0.01 * np.random.default_rng(0).standard_normal(y.shape)
+    start = varpro.Poles(np.array([2.0, decay]), np.array([40.0, 900.0]), np.zeros(0))
+    with np.errstate(over="raise", invalid="raise"):
+        found = varpro.fit(t, y, np.ones((60, 1)), start, noise=np.full(2, 0.01))
+    assert found.poles.omega[0] == pytest.approx(40, rel=0.02)
+    assert np.isfinite(found.amplitude).all()
