@@ -28,7 +28,8 @@ def second_hearing(
     best = verdict.final if verdict.effects else None
     if best is None and verdict.ranked:
         best = verdict.ranked[0].found
-    if best is None or best.chi2 < NOISY * best.samples:
+    quiet = best is not None and best.chi2 < NOISY * best.samples
+    if best is None or (quiet and verdict.verdict != "unexplained"):
         return heard, verdict
     for near in nearby(heard):
         wider = _with_effects(near, best, heard)
@@ -47,10 +48,11 @@ def second_hearing(
 
 
 def _is_better(again: Verdict, before: Verdict) -> bool:
-    """Whether less is left, held out too, and no less is explained or named."""
+    """Whether more is explained or less is left, held out too, and no less is named."""
     if before.verdict == "explained" != again.verdict or (before.effects and not again.effects):
         return False
-    less = excess(again.final) < SHOWN * excess(before.final)
+    less = before.verdict != again.verdict
+    less |= excess(again.final) < SHOWN * excess(before.final)
     return less and not errors(again.final).held_out > errors(before.final).held_out
 
 
