@@ -13,7 +13,7 @@ from .refit import instead
 from .timefit import extend, fit
 
 ROUNDS = 3  # of looks for more jumps
-REFITTED = 10  # looks of a fit with jumps: what it took for a pitch must turn back
+REFITTED = 5  # looks of a fit with jumps: what it took for a pitch must turn back
 
 
 def read_off(start: TimeFit) -> list[Effect]:
@@ -76,6 +76,7 @@ def jumps(start: TimeFit) -> list[Effect]:
             break
         known = _gathered(known, more, takes)
         found = _with_jumps(start, known, takes)
+    known, found = _less_others(start, known, found, takes)
     for n, at in [(n, at) for n, own in enumerate(known) for at in range(len(own))]:
         (when, gap), own = known[n][at], known[n]
         moved = [
@@ -88,11 +89,16 @@ def jumps(start: TimeFit) -> list[Effect]:
         if min(left) < found.chi2:
             known, found = moved[int(np.argmin(left))], better[int(np.argmin(left))]
     # two that were moved together may be none
-    known = _gathered(known, ((),) * len(takes), takes)
+    known, _ = _less_others(start, _gathered(known, ((),) * len(takes), takes), found, takes)
+    return [lost_frames.lost(known, takes)] if any(known) else []
+
+
+def _less_others(start: TimeFit, known: tuple, found: TimeFit, takes: tuple):
+    """The jumps, and the fit with them, without those that are not of whole frames."""
     while any(known) and (whole := _whole(found, known)) != known:
         known = whole
         found = _with_jumps(start, known, takes)
-    return [lost_frames.lost(known, takes)] if any(known) else []
+    return known, found
 
 
 def _whole(found: TimeFit, known: tuple) -> tuple:
