@@ -122,7 +122,8 @@ def modes_of(
             continue
         # a pair, by the load: where all takes have it, one that was computed, too
         near = bool(data.take.loads) and (np.abs(np.log(unmatched / f)) < NEAR).any()
-        parted = (loaded or near) and n not in theirs and apart[n].min() > PARTED
+        other = paired and apart[n].argmin() != pair  # that pair is left to what parts it
+        parted = (loaded or near or other) and n not in theirs and apart[n].min() > PARTED
         if not parted and (apart[n].min() < APART or (paired and apart[n, pair] < SPLIT)):
             continue
         shape = real_shapes(amplitude[None])[0][0][on]
