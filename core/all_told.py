@@ -101,11 +101,11 @@ def modes_of(
     )
     left = ((told.values - swings - ring.offset) / data.sigma)[:, on]
     unmatched = (data.values - found.predicted[law.fitted[take]]) / data.sigma
-    for part in (data.fit, ~data.fit):
-        if part.any() and np.nanmean(left[part] ** 2) > max(
-            QUIETLY, min(LOUDEST, 1 + LEFT * np.nanmean(unmatched[part][:, on] ** 2))
-        ):
-            return []
+    parts = [part for part in (data.fit, ~data.fit) if part.any()]
+    loud = max(np.nanmean(unmatched[part][:, on] ** 2) for part in parts)
+    least = max(QUIETLY, min(LOUDEST, 1 + LEFT * loud))
+    if any(np.nanmean(left[part] ** 2) > least for part in parts):
+        return []
     own = found.pitches(take)
     paired, pair = law.setting.paired, law.setting.pair
     loaded = bool(data.take.loads) and len({law.pitch[i] for i in law.fitted}) > 1
