@@ -11,10 +11,10 @@ from .data import RingDown, poles
 from .effects.further_mode import of_take, pitch_of
 from .harmonic_inversion import invert
 from .law import TimeFit, replace, unpack
-from .linear_part import fitted_instants
+from .linear_part import fitted_instants, instants
 from .listen import spread
-from .match import SPLIT, Match
-from .shutter import later
+from .match import PAIR, SPLIT, Match, turning
+from .shutter import at_once, later
 from .simulate import free_swing
 
 APART = 0.03  # relative, from every known pitch
@@ -28,7 +28,7 @@ STEEPER = 1.5  # damping ratio over pitch, over the same of the known modes
 LIVELY = 0.25  # damping ratio up to which a mode so far above them may be one
 QUIETLY = 1.3  # misfit per sample, held out too, up to which a ring-down tells all of a take
 LEFT, LOUDEST = 0.02, 3.0  # the same beside loud modes: of what those leave, and at most
-FEWEST = 24  # frames of a take that is heard anew
+FEWEST = 24  # frames in which something is heard
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +36,7 @@ class Told:
     """A ring-down, and of what."""
 
     ring: RingDown
+    time: np.ndarray  # (T,) s, the instants of its samples
     values: np.ndarray  # (T, C) that it is of
     at: tuple[int, ...]  # the pole of each mode that is fitted
 
@@ -43,30 +44,32 @@ class Told:
 def cleared(found: TimeFit, take: int) -> Told | None:
     """The fitted take's modes, as they swing without what the effects do, and all that is left.
 
-    None where nothing is heard in that. Two modes close together, which what is left alone does not
-    tell apart, are heard beside the others.
+    None where one of them is not heard in that. Two modes close together, which what is left alone
+    does not tell apart, are heard beside the others.
     """
     law = found.law
     data: Channels = law.takes[law.fitted[take]]
+    time = instants(law, found.theta, data)[0]
     omega, zeta, start, _ = unpack(law, found.parameters[None], take)
-    motion = free_swing(omega, zeta, start, data.time[None])
+    motion = free_swing(omega, zeta, start, time[None])
     if data.late is None:
         u, v = (one[0][:, None] for one in motion)
     else:
         u, v = (np.swapaxes(one[0], 0, 1) for one in later(omega, zeta, motion, data.late.T[None]))
-    turning = list(law.turning)
-    both = np.concatenate([u, (v / omega[0])[..., turning]], axis=-1)  # (T, 1 or C, n)
+    both = np.concatenate([u, (v / omega[0])[..., list(law.turning)]], axis=-1)  # (T, 1 or C, n)
     at = law.own * law.condition[law.fitted[take]]
     swings = (both * found.coefficients[:, at : at + law.own]).sum(axis=-1)
     values = data.values - found.predicted[law.fitted[take]] + swings
     on, use = ~data.support, fitted_instants(law, found.theta, data)[1]
     if np.isfinite(values[use][:, on]).all(axis=1).sum() < FEWEST:
         return None
-    ring = invert(data.time[use], values[use][:, on], noise=data.sigma[on], faintest=0.0)
-    if not len(ring.frequency):
-        return None
+    ring = invert(time[use], values[use][:, on], noise=data.sigma[on], faintest=0.0)
     apart = np.abs(np.log(ring.frequency[:, None] / found.pitches(take)))
-    return Told(spread(ring, on, data.sigma), values, tuple(apart.argmin(axis=0)))
+    if not len(apart) or apart.min(axis=0).max() > APART:
+        return None
+    ring, pole = spread(ring, on, data.sigma), poles(ring.frequency, ring.damping_ratio)
+    ring = replace(ring, amplitude=at_once(ring.amplitude, pole, data.late))
+    return Told(ring, time, values, tuple(apart.argmin(axis=0)))
 
 
 def as_heard(found: TimeFit, told: Told) -> TimeFit:
@@ -82,30 +85,35 @@ def as_heard(found: TimeFit, told: Told) -> TimeFit:
     return replace(found, parameters=p)
 
 
-def modes_of(
-    found: TimeFit, take: int, match: Match, body: Body, told: Told
-) -> list[tuple[float, float]]:
-    """(Hz, damping ratio) of the unmatched poles of a ring-down that tells all of a take.
-
-    Empty where it leaves more than noise, or than a trifle of what the matched modes leave, in the
-    held-out part too, or where one of them is no mode of a body.
+def tells_all(found: TimeFit, take: int, told: Told) -> bool:
+    """Whether a ring-down leaves no more than noise, or than a trifle of what the fit leaves where
+    that is louder, of what was fitted and of what was held out.
     """
-    law, ring = found.law, told.ring
-    data: Channels = law.takes[law.fitted[take]]
-    on = ~data.support
-    late = 0.0 if data.late is None else data.late
-    when = np.broadcast_to(data.time[:, None] - ring.t0 + late, data.values.shape)
+    ring, data = told.ring, found.law.takes[found.law.fitted[take]]
+    on, late = ~data.support, 0.0 if data.late is None else data.late
+    when = np.broadcast_to(told.time[:, None] - ring.t0 + late, data.values.shape)
     swings = sum(
         (a * np.exp(p * when)).real
         for p, a in zip(poles(ring.frequency, ring.damping_ratio), ring.amplitude, strict=True)
     )
-    left = ((told.values - swings - ring.offset) / data.sigma)[:, on]
-    unmatched = (data.values - found.predicted[law.fitted[take]]) / data.sigma
+    left = ((told.values - swings - ring.offset) / data.sigma)[:, on] ** 2
+    rest = ((data.values - found.predicted[found.law.fitted[take]]) / data.sigma)[:, on] ** 2
     parts = [part for part in (data.fit, ~data.fit) if part.any()]
-    loud = max(np.nanmean(unmatched[part][:, on] ** 2) for part in parts)
+    loud = max(np.nanmean(rest[part]) for part in parts)
     least = max(QUIETLY, min(LOUDEST, 1 + LEFT * loud))
-    if any(np.nanmean(left[part] ** 2) > least for part in parts):
-        return []
+    return all(np.nanmean(left[part]) <= least for part in parts)
+
+
+def modes_of(
+    found: TimeFit, take: int, match: Match, body: Body, ring: RingDown
+) -> list[tuple[float, float]]:
+    """(Hz, damping ratio) of the unmatched poles of a ring-down that tells all of a take.
+
+    Empty where one of them is no mode of a body.
+    """
+    law = found.law
+    data: Channels = law.takes[law.fitted[take]]
+    on = ~data.support
     own = found.pitches(take)
     paired, pair = law.setting.paired, law.setting.pair
     loaded = bool(data.take.loads) and len({law.pitch[i] for i in law.fitted}) > 1
@@ -113,6 +121,7 @@ def modes_of(
     lowest, unmatched = LOWEST * computed[0], np.delete(computed, match.modes)
     apart = np.abs(np.log(ring.frequency[:, None] / own))
     theirs = apart.argmin(axis=0)  # the pole of each mode that is fitted
+    pairs = turning(match.modes, body.modes.frequency, 2 * PAIR)
     there = [pitch_of(effect, theta) for _, effect, theta in of_take(found, take)]
     out = []
     for n, (f, z, amplitude) in enumerate(
@@ -122,7 +131,8 @@ def modes_of(
             continue
         # a pair, by the load: where all takes have it, one that was computed, too
         near = bool(data.take.loads) and (np.abs(np.log(unmatched / f)) < NEAR).any()
-        other = paired and apart[n].argmin() != pair  # that pair is left to what parts it
+        # or another pair than the one that is left to what parts it
+        other = paired and apart[n, pair] > SPLIT and apart[n].argmin() in pairs
         parted = (loaded or near or other) and n not in theirs and apart[n].min() > PARTED
         if not parted and (apart[n].min() < APART or (paired and apart[n, pair] < SPLIT)):
             continue

@@ -11,7 +11,7 @@ from .camera_layer import camera_effects
 from .compare import PIECES, Hypothesis, Measured
 from .dac import SURE
 from .diagnosis import Verdict
-from .ground import Ground, acts, creeps, ground_of, moved, softer
+from .ground import Ground, creeps, ground_of, moved, softer
 from .joint import Heard
 from .match import PAIR
 from .modal_layer import Suspect, suspects
@@ -20,6 +20,7 @@ from .residual import Error, errors
 from .stranger import strangers, told
 from .sufficiency import ASTRAY, gained, strays
 from .turned import weighs
+from .unmatched import acts
 
 DOUBT = 1e-3  # chance below which pitches and shapes do not fit the declared body
 SLIGHT = 0.01  # of the motion, rms, and of a pitch, up to which what acts in time is a trifle

@@ -2,7 +2,20 @@
 
 import numpy as np
 
-from .all_told import ALIKE, APART, BESIDE, LOWEST, NEAR, SAME, Told, as_heard, cleared, modes_of
+from .all_told import (
+    ALIKE,
+    APART,
+    BESIDE,
+    FEWEST,
+    LOWEST,
+    NEAR,
+    SAME,
+    Told,
+    as_heard,
+    cleared,
+    modes_of,
+    tells_all,
+)
 from .baseline import real_shapes
 from .body import Body
 from .channels import Channels
@@ -23,7 +36,7 @@ from .residual import QUIET, bic
 from .settle import displaced
 from .timefit import extend, fit
 
-TWIN = 0.25  # the same from a mode whose degenerate partner was not matched
+TWIN = 0.25  # relative, from a mode whose degenerate partner was not matched
 BODILY = 0.8  # share of its shape within those of the body's low modes
 SPAN = 12  # of them
 OVERTONE = 0.3  # of the swing of a mode, at most, that its overtone has
@@ -42,8 +55,8 @@ def with_further(
     modes as were matched. What might be an overtone, a combination, a split pair, a steady line
     or a companion of the strongest mode is left for the effects; but where the `rings` (one a
     take) foretell what was held out, nothing acts in time, and their poles are the body's. So are,
-    without `rings`, those of a take from which is taken what the fit's effects do; where one of
-    these was read off what was left, no others.
+    without `rings`, those of a take from which is taken what the fit's effects do, in the first
+    round; where one of these takes off a known motion, no others.
     `at`: the place among the law's effects where they go, the last by default.
     """
     if None in match.modes:
@@ -57,15 +70,16 @@ def with_further(
         for take, index in enumerate(law.fitted):
             told = None
             if not attempt and rings:
-                told = Told(rings[index], law.takes[index].values, match.poles)
+                data = law.takes[index]
+                told = Told(rings[index], data.time, data.values, match.poles)
             elif not attempt:
                 told = cleared(found, take)
-            all_told = []
-            if told:
+            clear = []
+            if told and tells_all(found, take, told):
                 begun = as_heard(found, told) if len(law.fitted) == 1 else found
-                all_told = modes_of(begun, take, match, body, told)
-                start = begun if all_told else found
-            heard = all_told or ([] if read else _poles(found, take, match, body))
+                clear = modes_of(begun, take, match, body, told.ring)
+                start = begun if clear else found
+            heard = clear or ([] if read else _poles(found, take, match, body))
             before = known.setdefault(law.pitch[index], [])  # heard in another take
             new = [(f, z) for f, z in heard if all(abs(np.log(f / g)) > APART for g in before)]
             before += [f for f, _ in new]
@@ -165,7 +179,7 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
     on = ~data.support
     time, use = fitted_instants(law, found.theta, data)
     left = (data.values - found.predicted[index])[use][:, on]
-    if np.isfinite(left).all(axis=1).sum() < 24:
+    if np.isfinite(left).all(axis=1).sum() < FEWEST:
         return []
     for most in (MOST, MOST // 2):  # so many close together may hide one another
         ring = invert(time, left, noise=data.sigma[on], max_modes=most)

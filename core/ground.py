@@ -3,27 +3,22 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import beta
 
-from .baseline import px_per_metre, real_shapes
+from .baseline import px_per_metre
 from .body import Body
 from .camera_layer import true_frequency
 from .channels import Channels
 from .compare import PITCH_FLOOR, SHAPE_FLOOR, Hypothesis, Measured, compare, rematched
 from .diagnosis import Verdict
 from .effects import relaxation, split_modes
-from .effects.aliasing import is_folded, unfolded
-from .effects.further_mode import is_a_mode, of_take, pitch_of
 from .elasticity import gravity_force, static
 from .joint import Heard
 from .law import TimeFit, replace
-from .match import CHANCE, PAIR, SURE, dies_alike, likeness
+from .match import PAIR
 from .tell import as_fitted, inflation, parameters
+from .unmatched import further_modes, of_the_body, unfolded_mode
 
 UNSURE = 2.0  # of a pitch's standard deviation, by which it is off: a faint pole may be two modes
-LOUD = 0.3  # of the strongest mode's motion, rms, from which one that was not matched counts
-OWN = 0.4  # likeness to a computed mode from which a fainter one does too
-UNSEEN = 0.05  # of the most that a mode moves: one that moves less, where it is seen, is not known
 SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
 SETTLED = 0.05  # of the sag: error of geometry, density and a creep that nothing shows
@@ -49,8 +44,8 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     final = verdict.final
     data = final.law.takes[final.law.fitted[0]]
     body = heard.body
-    further = [_unfolded(one, body.seen(data), heard, final) for one in further_modes(verdict)]
-    further = _of_the_body(further, body.seen(data), heard)
+    further = [unfolded_mode(one, body.seen(data), heard, final) for one in further_modes(verdict)]
+    further = of_the_body(further, body.seen(data), heard)
     model_error = sigma[list(heard.match.modes)]
     model_error = np.r_[model_error, np.full(len(further), sigma.max())]
     at = [*range(final.law.modes), *(one.at for one in further)]
@@ -59,8 +54,9 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     error = np.sqrt((UNSURE * spread) ** 2 + bias**2 + (0.5 * model_error) ** 2 + PITCH_FLOOR**2)
     middle, pair = split_modes.middle(final), final.law.setting.pair
     error[pair] = np.hypot(error[pair], split_modes.doubt(final))
-    error[: final.law.modes] = np.hypot(error[: final.law.modes], _blurred(heard, final))
-    pitches = np.r_[true_frequency(heard, final), [one.frequency for one in further]]
+    true = true_frequency(heard, final)
+    error[: len(true)] = np.hypot(error[: len(true)], _blurred(heard, final, true))
+    pitches = np.r_[true, [one.frequency for one in further]]
     pitches[pair] *= middle
     samples = max(int(data.fit.sum()), 1)
     shapes = np.vstack([final.shapes, *(one.shape for one in further)])
@@ -122,98 +118,20 @@ def parted(measured: Measured, modes: tuple, own: np.ndarray, split: tuple) -> M
     return replace(measured, error=error)
 
 
-def _blurred(heard: Heard, final: TimeFit) -> np.ndarray:
+def _blurred(heard: Heard, final: TimeFit, true: np.ndarray) -> np.ndarray:
     """(K,) relative, how far computed modes that were not matched lie from each mode but the
-    strongest, those within its half-width, or its width where it is heard between the two: they may
-    sound as one.
+    strongest, those within its half-width, or its width where its `true` pitch (K,) Hz is between
+    the two: they may sound as one.
     """
     own, matched = heard.body.modes.frequency, list(heard.match.modes)
     strongest = int(np.argmax(final.swings))
-    scaled = np.log(own / own[matched[strongest]] * final.frequency[strongest])
-    at, heard_at = scaled[matched][:, None], np.log(final.frequency)[:, None]
-    others = np.delete(scaled, matched)
+    scaled = np.log(own / own[matched[strongest]] * true[strongest])
+    at, others, pitch = scaled[matched][:, None], np.delete(scaled, matched), np.log(true)[:, None]
     gaps, half = np.abs(others - at), final.damping_ratio[:, None]
-    between = (heard_at - at) * (others - heard_at) > 0
+    between = (pitch - at) * (others - pitch) > 0
     far = np.where(gaps < np.where(between, 2 * half, half), gaps, 0.0).max(axis=1)
     far[strongest] = 0.0
     return far
-
-
-@dataclass(frozen=True, eq=False)
-class FurtherMode:
-    """A mode that no computed one was matched to."""
-
-    frequency: float  # Hz
-    damping_ratio: float
-    shape: np.ndarray  # (C,)
-    swing: float  # rms of what the shape is multiplied by
-    loud: float  # motion over that of the strongest matched mode, rms
-    at: int  # of its pitch among the fit's parameters
-
-
-def further_modes(verdict: Verdict) -> list[FurtherMode]:
-    """The further modes of a take in which nothing acts in time but a pair that is parted."""
-    final = verdict.final
-    law = final.law
-    if acts(final, but=split_modes.EFFECT.name):
-        return []
-    data = law.takes[law.fitted[0]]
-    known = np.sqrt(((final.motions[0].std(axis=0)[:, None] * final.shapes) ** 2).sum(axis=1))
-    shapes, first = final.column_shapes(), sum(law.sizes()[:2])
-    out = []
-    for i, effect, theta in of_take(final, 0):
-        if is_a_mode(effect, theta):
-            own = final.theta[i], law.setting, data.time[None], final.motions[0][None]
-            swing = float(effect.columns(*own)[0].std(axis=0).mean())
-            real = real_shapes((shapes[i] @ np.array([1, -1j]))[None])[0][0]
-            loud = float(swing * np.linalg.norm(real) / known.max())
-            at = first + sum(t.shape[1] for t in final.theta[:i])
-            out.append(FurtherMode(pitch_of(effect, theta), float(theta[1]), real, swing, loud, at))
-    return out
-
-
-def _unfolded(one: FurtherMode, seen: np.ndarray, heard: Heard, final: TimeFit) -> FurtherMode:
-    """The mode as it is, where what shows is the fold of the computed one that it is most like."""
-    data, frequency = final.law.takes[final.law.fitted[0]], heard.body.modes.frequency
-    own, rate = true_frequency(heard, final), 1 / data.frame
-    computed = frequency * own[0] / frequency[heard.match.modes[0]]
-    free = [j for j in range(len(computed)) if j not in heard.match.modes]
-    best = max(free, key=lambda j: likeness(one.shape, seen, frequency, j), default=None)
-    z = one.damping_ratio
-    damped = one.frequency * np.sqrt(1 - z**2)
-    if best is None or likeness(one.shape, seen, frequency, best) < SURE:
-        return one
-    if not is_folded(damped, computed[best], rate):
-        return one
-    true = float(np.hypot(unfolded(damped, computed[best], rate), z * one.frequency))
-    if not dies_alike(one.frequency, z, true, (own[0], None, final.damping_ratio[0])):
-        return one
-    return replace(one, frequency=true, damping_ratio=z * one.frequency / true)
-
-
-def _of_the_body(further: list[FurtherMode], seen: np.ndarray, heard: Heard) -> list[FurtherMode]:
-    """Those that tell of the body: whatever is loud, for a body that is as declared shows no loud
-    mode that it does not have, and what moves as one of its modes (m, C) that was not matched.
-    """
-    size = np.linalg.norm(seen, axis=1)
-    free = [j for j in np.flatnonzero(size > UNSEEN * size.max()) if j not in heard.match.modes]
-    frequency = heard.body.modes.frequency
-    return [
-        one
-        for one in further
-        if one.loud > LOUD or any(_moves_as(one.shape, seen, frequency, j, len(free)) for j in free)
-    ]
-
-
-def _moves_as(shape: np.ndarray, seen: np.ndarray, frequency: np.ndarray, j: int, of: int) -> bool:
-    """Whether a shape is that of mode j, as one that is none would not be by chance with any `of`
-    so many: its likeness to k directions among C is then of the Beta distribution.
-    """
-    k = (np.abs(frequency / frequency[j] - 1) < PAIR).sum()
-    alike, channels = likeness(shape, seen, frequency, j), (np.abs(seen) > 0).any(axis=0).sum()
-    if alike <= OWN or channels <= k:
-        return False
-    return bool(of * beta.sf(alike, k / 2, (channels - k) / 2) < CHANCE)
 
 
 def moved(final: TimeFit, declared: TimeFit) -> float:
@@ -229,11 +147,6 @@ def _bent(final: TimeFit) -> float:
         if effect.name == "asymmetric_stiffness"
     ]
     return float(np.log(max(told, default=1.0)) / 4)
-
-
-def acts(final: TimeFit, but: str = "") -> bool:
-    """Whether an effect in time, declared or found, is in the fit; `but` names one not counted."""
-    return any(e.layer in ("time", "camera") and e.name != but for e in final.law.effects)
 
 
 def creeps(verdict: Verdict) -> bool:

@@ -24,7 +24,7 @@ HALF = 0.5  # share of the record up to which all go
 HORIZONS = (0.15, 0.3, HALF, 0.7, 1.0)  # shares of the fitted part: a phase must not slip
 PERIODS = 2.0  # of the first mode that a share must hold
 WORTH = 0.6  # of the best one's gain by half of the record
-TELLS = 0.4  # of what two effects must tell by then in the end: one of them may show later
+TELLS = 0.4  # share, by then, of all that two effects must tell: one of them may show later
 LEAST = 0.02  # of the misfit beyond noise there, that it gains
 EARLY = 0.25  # of all that is to be told, from which half of the record shows who tells it
 TOLD = (
@@ -156,7 +156,7 @@ def begun_all(tries: list[Try]) -> list[tuple[Try, Begun]]:
 def worth(begun: list[tuple[Try, Begun]], bare: TimeFit | None = None) -> tuple[list, list]:
     """Those of the searches, with where they stand, that are worth their end, and the others: worth
     it is what gains a fair share of what the best one from the same fit does by then, where enough
-    of what is left stands there.
+    of what is left stands there; and a clock.
 
     bare: the fit without either effect where two are to tell all that it leaves beyond noise; what
     tells too little of that by then does not go on, where enough of it stands there.

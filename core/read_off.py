@@ -12,6 +12,7 @@ from .law import TimeFit
 from .refit import instead
 from .timefit import extend, fit
 
+SEEN = 12  # frames in which every channel is there, more than which jumps need
 ROUNDS = 3  # of looks for more jumps
 REFITTED = 5  # looks of a fit with jumps: what it took for a pitch must turn back
 
@@ -28,8 +29,7 @@ def read_off(start: TimeFit) -> list[Effect]:
         )
         swings = law.setting.duration * law.setting.omega[0] / (2 * np.pi)
         out += tracker_drift.propose(law.takes, left, law.fitted[0], swings)
-    if all(np.isfinite(_left(start, n)).all(axis=1).sum() > 12 for n in range(len(law.fitted))):
-        out += jumps(start)
+    out += jumps(start)
     if _common_is_possible(start, data):
         shared = tuple(
             base_motion.common_motion(t, t.values - p) if _is_read(t) else np.zeros_like(t.values)
@@ -61,10 +61,12 @@ def _left(found: TimeFit, take: int) -> np.ndarray:
 def jumps(start: TimeFit) -> list[Effect]:
     """The one effect whose jumps, all whole frames, the residuals show, if they show any."""
     takes = tuple(start.law.takes[index] for index in start.law.fitted)
+    if min(np.isfinite(_left(start, n)).all(axis=1).sum() for n in range(len(takes))) <= SEEN:
+        return []
     known, found = ((),) * len(takes), start
     for _ in range(ROUNDS):
         seen = [lost_frames.next_jumps(_sight(found, n)) for n in range(len(takes))]
-        # what else is missing makes jumps too, of any length
+        # what else is missing makes jumps too, of any length; where none is whole, they may hide it
         sure = [[jump for jump in own if lost_frames.is_whole(jump[1])] for own in seen]
         if any(sure) or any(known):
             seen = sure

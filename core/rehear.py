@@ -22,8 +22,8 @@ def second_hearing(
 
     Two modes of a body that lie close together sound as one while something bends their pitches.
     What bends them may be known by now, and what one of them is like follows from the other; or
-    it could not be found without the other. `diagnose(heard, start)`: the latter a fit from where
-    effects are sought, the declared one by default.
+    it could not be found without the other, or foretells nothing. `diagnose(heard, start)`: the
+    latter a fit from where effects are sought, the declared one by default.
     """
     best = verdict.final if verdict.effects else None
     if best is None and verdict.ranked:
@@ -51,9 +51,9 @@ def _is_better(again: Verdict, before: Verdict) -> bool:
     """Whether more is explained or less is left, held out too, and no less is named."""
     if before.verdict == "explained" != again.verdict or (before.effects and not again.effects):
         return False
-    less = before.verdict != again.verdict
-    less |= excess(again.final) < SHOWN * excess(before.final)
-    return less and not errors(again.final).held_out > errors(before.final).held_out
+    more = before.verdict == "unexplained" and again.verdict in ("explained", "adequate")
+    less = excess(again.final) < SHOWN * excess(before.final)
+    return (more or less) and not errors(again.final).held_out > errors(before.final).held_out
 
 
 def _with_effects(near: Heard, found: TimeFit, heard: Heard) -> TimeFit:

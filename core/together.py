@@ -25,6 +25,7 @@ from .time_layer import (
     EVIDENCE,
     PROMISE,
     Candidate,
+    able,
     entries,
     judge,
     outdone,
@@ -63,11 +64,11 @@ def pairs(start: TimeFit, ranked: list[Candidate]) -> list[Candidate]:
 
 def _beside(start: TimeFit, ranked: list[Candidate]):
     """Candidates of the best single effects and what shows beside each."""
-    able = [single for single in ranked if single.evidence >= EVIDENCE]
-    fitting = sorted(able, key=lambda single: bic(single.found))
-    first = list(dict.fromkeys([*able[:BEAM], *fitting[:BEAM]]))
+    strong = [single for single in ranked if single.evidence >= EVIDENCE]
+    fitting = sorted(strong, key=lambda single: bic(single.found))
+    first = list(dict.fromkeys([*strong[:BEAM], *fitting[:BEAM]]))
     beside = list(zip(first, seconds(first, [start] * len(first), start), strict=True))
-    beside += _with_jumps(start, [single for single in able if single not in first])
+    beside += _with_jumps(start, [single for single in strong if single not in first])
     found = [
         (single, candidate)
         for single, some in beside
@@ -86,7 +87,7 @@ def _with_jumps(start: TimeFit, others: list[Candidate]) -> list:
 
     Jumps hide what tells little without them, and cost no search.
     """
-    seen = in_step([partial(jumps, single.found) for single in others])
+    seen = in_step([lambda c=c: able(c.found, jumps(c.found)) for c in others])
     tries = [
         (single, Try(single.found, np.zeros(1), effect, [()]))
         for single, effects in zip(others, seen, strict=True)

@@ -1,16 +1,20 @@
 """A further mode that was heard off its pitch, beside one mode that is known."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from core.all_told import _mimics, cleared
+from core.all_told import _mimics, cleared, modes_of, tells_all
 from core.effects import large_amplitude, lost_frames
 from core.effects.further_mode import further_mode, pitch_of
 from core.further import _staying
+from core.harmonic_inversion import invert
 from core.law import replace
 from core.linear_part import fitted_instants
 from core.match import mac
 from core.refit import LESS, lighter
+from core.timefit import extend, fit
 from tests.core.test_simulate import AMPLITUDE
 from tests.core.test_timefit import (
     NOISE,
@@ -60,6 +64,94 @@ def test_faint_modes_beside_an_effect_are_heard_in_what_the_take_would_show_with
     assert told.ring.frequency[list(told.at)] == pytest.approx(found.frequency, rel=1e-3)
     left = told.values - cleared(without, 0).values
     assert np.abs(left).max() > 5 * NOISE  # the backbone, that is taken away
+
+
+def beside(values, *further, late=None):
+    """The values (T, C) with further modes (times, size, shape), seen `late` (T, C) s."""
+    when = TIME[:, None] + (np.zeros(values.shape) if late is None else late)
+    for times, size, shape in further:
+        w, z = times * W, 0.03
+        wave = np.exp(-z * w * when) * np.cos(w * np.sqrt(1 - z**2) * when + 0.7)
+        values = values + size * AMPLITUDE * wave * shape
+    return values
+
+
+def test_what_frames_that_were_lost_made_of_a_take_is_undone_before_it_is_heard():
+    lost, keep = 3, len(TIME) - 3
+    whole = beside(moved(), (2.2, 0.3, OTHER), (2.6, 0.3, OTHER[::-1]))
+    values = np.vstack([whole[:30], whole[30 + lost :]])
+    start = declared(channels(values, time=TIME[:keep]))
+    takes = start.law.takes
+    jumps = (((takes[0].time[30] - 1e-6, lost * takes[0].frame),),)
+    effect = lost_frames.lost(jumps, takes)
+    law, p = extend(start, (effect,), [()])
+    found = fit(law, p, evaluations=20)
+    told = cleared(found, 0)
+    assert np.sort(told.ring.frequency) / FIRST == pytest.approx([1, 2.2, 2.6], rel=0.01)
+    assert tells_all(found, 0, told)
+    assert not tells_all(found, 0, replace(told, time=takes[0].time))
+
+
+def test_rows_that_are_late_are_no_misfit_of_what_is_heard():
+    """Linear motion, seen by a rolling shutter that is known."""
+    readout, rows = 0.02, np.tile([0.1, 0.3, 0.6, 0.9], (len(TIME), 1))
+    first = np.sqrt(1 - 0.02**2) * W
+    when = TIME[:, None] + readout * rows
+    values = AMPLITUDE * SHAPE * np.exp(-0.02 * W * when) * np.cos(first * when)
+    values = values + NOISE * np.random.default_rng(3).standard_normal(values.shape)
+    data = channels(beside(values, (2.2, 0.1, OTHER), late=readout * rows))
+    data.take.recording.camera = SimpleNamespace(readout=readout)
+    found = declared(replace(data, rows=rows))
+    told = cleared(found, 0)
+    assert np.sort(told.ring.frequency) / FIRST == pytest.approx([1, 2.2], rel=0.01)
+    assert tells_all(found, 0, told)
+
+
+def test_where_a_mode_is_not_heard_nothing_is_told():
+    assert cleared(declared(channels(moved())), 0) is not None
+    still = NOISE * np.random.default_rng(0).standard_normal((len(TIME), 4))
+    assert cleared(declared(channels(still)), 0) is None
+
+
+@pytest.mark.parametrize(
+    ("heard", "shown"),
+    [
+        (5.6, False),  # of the pair that is left to what parts it
+        (11.2, True),  # of another pair
+        (23.0, False),  # beside a mode that is none of a pair
+    ],
+)
+def test_of_two_pairs_the_one_that_is_parted_is_left_to_what_parts_it(heard, shown):
+    """Modes at 5, 11 and 22.6 Hz are matched; those at 5 and 11 Hz are computed twice."""
+    rng = np.random.default_rng(6)
+    own, shapes = np.array([5.0, 11.0, 22.6]), rng.standard_normal((4, 12))
+    ring = SimpleNamespace(
+        frequency=np.r_[own, heard],
+        damping_ratio=np.full(4, 0.02),
+        amplitude=shapes.astype(complex),
+    )
+    data = SimpleNamespace(support=np.zeros(12, bool), take=SimpleNamespace(loads=()))
+    setting = SimpleNamespace(paired=True, pair=0)
+    law = SimpleNamespace(takes=(data,), fitted=[0], pitch=(0,), setting=setting, effects=())
+    found = SimpleNamespace(
+        law=law,
+        theta=[],
+        pitches=lambda take: own,
+        damping_ratio=np.full(3, 0.02),
+        shapes_of=lambda take: shapes[:3],
+    )
+    computed = np.array([5.0, 5.001, 11.0, 11.002, 22.6, 40.0])
+    body = SimpleNamespace(modes=SimpleNamespace(frequency=computed))
+    match = SimpleNamespace(modes=(0, 2, 4))
+    assert modes_of(found, 0, match, body, ring) == ([(heard, 0.02)] if shown else [])
+
+
+@pytest.mark.parametrize(("faintest", "count"), [(0.0, 2), (5e-3, 1)])
+def test_a_faint_mode_is_named_where_all_are_asked_for(faintest, count):
+    still = 0.1 * NOISE * np.random.default_rng(0).standard_normal((len(TIME), 4))
+    values = beside(still, (1.0, 1.0, SHAPE), (2.2, 0.004, OTHER))
+    ring = invert(TIME, values, noise=np.full(4, 0.1 * NOISE), faintest=faintest)
+    assert len(ring.frequency) == count
 
 
 def test_what_turns_out_an_overtone_is_no_mode():

@@ -19,6 +19,7 @@ from core.effects import (
     contact,
     dry_friction,
     large_amplitude,
+    lost_frames,
     relaxation,
     split_modes,
     stiffness_drift,
@@ -31,7 +32,7 @@ from core.law import bounds
 from core.linear_part import solve
 from core.outset import begin, outsets
 from core.race import Try, begun_all, race, worth
-from core.read_off import read_off
+from core.read_off import jumps, read_off
 from core.ready import to_their_end
 from core.refit import turned
 from core.settle import astray
@@ -170,6 +171,37 @@ def test_frames_lost_in_one_of_two_takes_are_found_there():
     first, second = (effect.clock(None, None, TIME, data.take) - TIME for data in law.takes)
     assert not first.any()
     assert second[[99, 100]] == pytest.approx([0, 2 / RATE])
+
+
+def test_of_jumps_those_that_are_of_whole_frames_are_lost_ones():
+    """One frame is lost twice; between them the recording is half a frame late."""
+    fine = 2 * np.arange(len(TIME))
+    fine = fine + 2 * (np.arange(len(TIME)) >= 90) + 2 * (np.arange(len(TIME)) >= 210)
+    fine = fine + 1 * (np.arange(len(TIME)) >= 150)
+    w, z = np.sqrt(1 - 0.02**2) * W, 0.02
+    when = fine / (2 * RATE)
+    values = AMPLITUDE * np.outer(np.exp(-z * W * when) * np.cos(w * when), SHAPE)
+    values = values + 0.1 * NOISE * np.random.default_rng(2).standard_normal(values.shape)
+    found = declared(channels(values, sigma=0.1 * NOISE))
+    (effect,) = jumps(found)
+    (take,) = found.law.takes
+    gained = effect.clock(np.zeros((1, 0)), None, take.time[None], take.take)[0] - take.time
+    assert np.rint(np.diff(gained * RATE)).nonzero()[0].tolist() == [89, 209]
+    assert gained[-1] * RATE == pytest.approx(2)
+
+
+def test_where_no_frame_is_whole_no_jump_is_read():
+    values = moved()
+    values[::2, 0] = values[1::2, 1] = np.nan
+    assert jumps(declared(channels(values))) == []
+
+
+def test_a_clock_is_sought_to_its_end_though_it_gains_nothing_where_it_was_fitted():
+    found = declared(channels(moved(Backbone(0.05, 0.0))))
+    (take,) = found.law.takes
+    late = lost_frames.lost((((take.time[-20], take.frame),),), found.law.takes)
+    tries = [tried(found, large_amplitude.EFFECT), Try(found, np.zeros(1), late, [()])]
+    assert [one.effect for one in going_on(tries)] == [large_amplitude.EFFECT, late]
 
 
 @pytest.mark.parametrize("condition", [(0, 0), (0, 1)])

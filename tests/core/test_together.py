@@ -6,7 +6,7 @@ from core.effects import asymmetric_stiffness, dry_friction, relaxation, steady_
 from core.exchange import exchanged
 from core.time_layer import judge, stands_in
 from core.timefit import extend, fit, sharp
-from core.together import pairs
+from core.together import _with_jumps, pairs
 from tests.core.test_simulate import AMPLITUDE
 from tests.core.test_timefit import SHAPE, TIME, Rub, channels, declared, moved, raced
 
@@ -62,3 +62,15 @@ def test_a_line_at_the_pitch_stands_in_for_a_rub_that_tells_as_much():
     assert steady_drive.is_resonant(line.found)
     assert stands_in(line, [line, rub]) and not stands_in(line, [line])
     assert not stands_in(rub, [line, rub])
+
+
+def test_lost_frames_are_read_beside_every_effect_that_is_no_clock_itself():
+    whole = np.outer(np.exp(-TIME / SLOW), SHAPE) * 0.4 * AMPLITUDE + moved()
+    values = np.vstack([whole[:200], whole[202:]])
+    start = declared(channels(values, time=TIME[: len(values)]))
+    single = judge(("relaxation",), raced(start, relaxation.EFFECT), start)
+    ((beside, (both,)),) = _with_jumps(start, [single])
+    assert beside is single and both.names == ("relaxation", "lost_frames")
+    assert both.found.chi2 < 1.2 * both.found.samples < single.found.chi2
+    again = judge(("relaxation", "lost_frames"), both.found, start)
+    assert _with_jumps(start, [again]) == []

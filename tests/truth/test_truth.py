@@ -256,3 +256,18 @@ def test_forces_that_ask_for_the_same_response_count_once(beam):
     one, two = (reduced.reduce(beam, 4, push[:, :n]) for n in (1, 2))
     assert two.size == one.size
     assert two.frequency[:5] == pytest.approx(one.frequency[:5], rel=1e-6)
+
+
+def test_shapes_of_one_frequency_are_the_same_whichever_way_they_were_found_turned():
+    rng = np.random.default_rng(8)
+    omega2, shapes = np.array([1.0, 1.0, 2.0, 3.0, 3.0]), rng.standard_normal((30, 5))
+    some = rng.standard_normal(30)
+    turned = shapes.copy()
+    for pair, angle in (([0, 1], 0.7), ([3, 4], -2.0)):
+        c, s = np.cos(angle), np.sin(angle)
+        turned[:, pair] = shapes[:, pair] @ np.array([[c, -s], [s, c]])
+    turned[:, [1, 2]] *= -1
+    one, other = (bodies.directed(omega2, x, some) for x in (shapes, turned))
+    assert other == pytest.approx(one, abs=1e-12)
+    spans = [np.linalg.matrix_rank(np.hstack([one[:, p], shapes[:, p]])) for p in ([0, 1], [2])]
+    assert spans == [2, 1]

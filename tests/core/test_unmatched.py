@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core.ground import LOUD, FurtherMode, _of_the_body, _unfolded
+from core.unmatched import LOUD, FurtherMode, of_the_body, unfolded_mode
 
 
 def heard():
@@ -26,7 +26,7 @@ def heard():
 def test_a_faint_mode_tells_of_the_body_where_it_moves_as_one_of_its_own(shape, loud, tells):
     shape = np.r_[shape, np.zeros(4 - len(shape))]
     one = FurtherMode(7.0, 0.02, shape, 1e-3, loud, 4)
-    assert _of_the_body([one], np.eye(3, 4), heard()) == ([one] if tells else [])
+    assert of_the_body([one], np.eye(3, 4), heard()) == ([one] if tells else [])
 
 
 def unlike(channels, seed):
@@ -36,12 +36,12 @@ def unlike(channels, seed):
 
 
 @pytest.mark.parametrize("channels", [3, 6, 12, 24])
-def test_what_is_none_of_its_modes_seldom_tells_of_the_body(channels):
+def test_what_is_none_of_its_modes_seldom_tellsof_the_body(channels):
     """With few channels any motion is like some mode's."""
     told = 0
     for seed in range(200):
         seen = np.random.default_rng(1000 + seed).standard_normal((3, channels))
-        told += len(_of_the_body([unlike(channels, seed)], seen, heard()))
+        told += len(of_the_body([unlike(channels, seed)], seen, heard()))
     assert told <= 0.08 * 200
 
 
@@ -50,7 +50,7 @@ def test_a_mode_that_no_channel_sees_is_like_nothing():
         seen = np.eye(3, 12)
         seen[1:] *= 1e-9 * np.random.default_rng(seed).standard_normal((2, 1))
         shape = np.r_[0.0, 1.0, np.zeros(10)]
-        assert not _of_the_body([FurtherMode(7.0, 0.02, shape, 1e-3, 0.001, 4)], seen, heard())
+        assert not of_the_body([FurtherMode(7.0, 0.02, shape, 1e-3, 0.001, 4)], seen, heard())
 
 
 @pytest.mark.parametrize(
@@ -74,6 +74,6 @@ def test_a_further_mode_is_unfolded_where_it_is_like_the_folded_one_alone(shape,
         damping_ratio=np.array([0.02]),
     )
     one = FurtherMode(seen_at, z, np.array(shape), 1e-3, 0.1, 4)
-    found = _unfolded(one, np.eye(3), body, final)
+    found = unfolded_mode(one, np.eye(3), body, final)
     assert found.frequency == pytest.approx(true, rel=5e-3)
     assert found.frequency * found.damping_ratio == pytest.approx(seen_at * z)
