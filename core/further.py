@@ -54,9 +54,8 @@ def with_further(
     A further mode that stays in the residual hides what acts in time, and no body has as few
     modes as were matched. What might be an overtone, a combination, a split pair, a steady line
     or a companion of the strongest mode is left for the effects; but where the `rings` (one a
-    take) foretell what was held out, nothing acts in time, and their poles are the body's. So are,
-    without `rings`, those of a take from which is taken what the fit's effects do, in the first
-    round; where one of these takes off a known motion, no others.
+    take), or what is heard without what the fit's effects do, foretell what was held out, their
+    poles are the body's. Where one of these takes off a known motion, no others are sought.
     `at`: the place among the law's effects where they go, the last by default.
     """
     if None in match.modes:
@@ -68,14 +67,8 @@ def with_further(
             break
         effects, known, start, law = [], {}, found, found.law
         for take, index in enumerate(law.fitted):
-            told = None
-            if not attempt and rings:
-                data = law.takes[index]
-                told = Told(rings[index], data.time, data.values, match.poles)
-            elif not attempt:
-                told = cleared(found, take)
-            clear = []
-            if told and tells_all(found, take, told):
+            clear, told = [], None if attempt else _all_told(found, take, match, rings)
+            if told:
                 begun = as_heard(found, told) if len(law.fitted) == 1 else found
                 clear = modes_of(begun, take, match, body, told.ring)
                 start = begun if clear else found
@@ -91,6 +84,20 @@ def with_further(
             break
         found = wider
     return found
+
+
+def _all_told(found: TimeFit, take: int, match: Match, rings: tuple) -> Told | None:
+    """A ring-down that tells all of a fitted take: as it was heard, or with trifles and without
+    what the effects do.
+    """
+    if rings:
+        index = found.law.fitted[take]
+        data = found.law.takes[index]
+        told = Told(rings[index], data.time, data.values, match.poles)
+        if tells_all(found, take, told):
+            return told
+    told = cleared(found, take)
+    return told if told and tells_all(found, take, told) else None
 
 
 def with_left_out(found: TimeFit, heard: list[tuple[int, float, float]]) -> TimeFit:
