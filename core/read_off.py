@@ -59,26 +59,42 @@ def _left(found: TimeFit, take: int) -> np.ndarray:
 
 
 def jumps(start: TimeFit) -> list[Effect]:
-    """The one effect whose jumps, all whole frames, the residuals show, if they show any."""
+    """The one effect whose jumps, all whole frames, the residuals show, if they show any.
+
+    What else is missing makes jumps too, of any length. Where those that are seen, as whole frames,
+    do not end so, only those are taken that look so from the first.
+    """
     takes = tuple(start.law.takes[index] for index in start.law.fitted)
     if min(np.isfinite(_left(start, n)).all(axis=1).sum() for n in range(len(takes))) <= SEEN:
         return []
+    known, found = _sought(start, takes, lambda gain: True)
+    known, found = _moved(known, found, takes)
+    if _whole(found, known) != known:
+        known, found = _less_others(start, *_sought(start, takes, lost_frames.is_whole), takes)
+        known, _ = _less_others(start, *_moved(known, found, takes), takes)
+    return [lost_frames.lost(known, takes)] if any(known) else []
+
+
+def _sought(start: TimeFit, takes: tuple, is_one) -> tuple[tuple, TimeFit]:
+    """The jumps that the residuals show one after another, of those whose frames are such as
+    `is_one` wants, and the fit with them.
+    """
     known, found = ((),) * len(takes), start
     for _ in range(ROUNDS):
         seen = [lost_frames.next_jumps(_sight(found, n)) for n in range(len(takes))]
-        # what else is missing makes jumps too, of any length; where none is whole, they may hide it
-        sure = [[jump for jump in own if lost_frames.is_whole(jump[1])] for own in seen]
-        if any(sure) or any(known):
-            seen = sure
         more = [
-            [(when, round(g) * data.frame) for when, g in own]
+            [(when, round(gain) * data.frame) for when, gain in own if is_one(gain)]
             for own, data in zip(seen, takes, strict=True)
         ]
         if not any(gain for own in more for _, gain in own):
             break
         known = _gathered(known, more, takes)
         found = _with_jumps(start, known, takes)
-    known, found = _less_others(start, known, found, takes)
+    return known, found
+
+
+def _moved(known: tuple, found: TimeFit, takes: tuple) -> tuple[tuple, TimeFit]:
+    """The jumps, and the fit with them, each where it fits best nearby; two at one place are one."""
     for n, at in [(n, at) for n, own in enumerate(known) for at in range(len(own))]:
         (when, gap), own = known[n][at], known[n]
         moved = [
@@ -90,9 +106,7 @@ def jumps(start: TimeFit) -> list[Effect]:
         left = [one.chi2 if one else np.inf for one in better]
         if min(left) < found.chi2:
             known, found = moved[int(np.argmin(left))], better[int(np.argmin(left))]
-    # two that were moved together may be none
-    known, _ = _less_others(start, _gathered(known, ((),) * len(takes), takes), found, takes)
-    return [lost_frames.lost(known, takes)] if any(known) else []
+    return _gathered(known, ((),) * len(takes), takes), found
 
 
 def _less_others(start: TimeFit, known: tuple, found: TimeFit, takes: tuple):
