@@ -94,7 +94,7 @@ def _sought(start: TimeFit, takes: tuple, is_one) -> tuple[tuple, TimeFit]:
 
 
 def _moved(known: tuple, found: TimeFit, takes: tuple) -> tuple[tuple, TimeFit]:
-    """The jumps, and the fit with them, each where it fits best nearby; two at one place are one."""
+    """The jumps, and the fit with them, each where it fits best nearby; two in one are one."""
     for n, at in [(n, at) for n, own in enumerate(known) for at in range(len(own))]:
         (when, gap), own = known[n][at], known[n]
         moved = [
