@@ -495,6 +495,22 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="frames lost after the fitted part show beside what acts in it",
         ),
         pytest.param(
+            "two:lost_frames+relaxation", 271103, {"lost_frames", "relaxation"}, 1.3,
+            id="frames lost where nothing was fitted gain nothing there, and are sought too",
+        ),
+        pytest.param(
+            "lost_frames", 994377, {"lost_frames"}, 1.1,
+            id="two jumps close together look like one",
+        ),
+        pytest.param(
+            "stiffness_drift", 271103, {"stiffness_drift"}, 1.1,
+            id="a quiet fit that foretells badly lacks a mode",
+        ),
+        pytest.param(
+            "added_mass", 141503, {"added_mass"}, 2.5,
+            id="a mass parts one pair more than can be heard, and the others",
+        ),
+        pytest.param(
             "two:relaxation+dry_friction", 72001, {"relaxation", "dry_friction"}, 1.4,
             id="a second one is sought beside what fits best, not only beside what foretells best",
         ),
@@ -615,6 +631,14 @@ def test_a_pair_that_a_load_parts_in_one_take_has_a_partner_there(seed, tmp_path
 @pytest.mark.slow
 def test_modes_that_one_load_alone_shows_are_no_effect(tmp_path):
     make("null", 14200, tmp_path)  # so heavy that nearly all pitches and shapes are others
+    report = calibrate_case(tmp_path / "case.toml").report
+    assert report["diagnosis"]["verdict"] == "adequate"
+    assert report["error"]["before"] < 1.1 * report["error"]["floor"]
+
+
+@pytest.mark.slow
+def test_a_pair_that_is_faint_beside_loud_modes_is_no_effect(tmp_path):
+    make("null", 994380, tmp_path)  # within their width, a two-hundredth of the motion
     report = calibrate_case(tmp_path / "case.toml").report
     assert report["diagnosis"]["verdict"] == "adequate"
     assert report["error"]["before"] < 1.1 * report["error"]["floor"]
