@@ -13,7 +13,7 @@ from .harmonic_inversion import invert
 from .law import TimeFit, replace, unpack
 from .linear_part import fitted_instants, instants
 from .listen import spread
-from .match import ACROSS, PAIR, SPLIT, Match, mac, turning
+from .match import PAIR, SPLIT, Match, turning
 from .shutter import at_once, later
 from .simulate import free_swing
 
@@ -122,26 +122,26 @@ def modes_of(
     apart = np.abs(np.log(ring.frequency[:, None] / own))
     theirs = apart.argmin(axis=0)  # the pole of each mode that is fitted
     pairs = turning(match.modes, body.modes.frequency, 2 * PAIR)
-    shapes, known = real_shapes(ring.amplitude)[0][:, on], found.shapes_of(take)[:, on]
     there = [pitch_of(effect, theta) for _, effect, theta in of_take(found, take)]
     out = []
-    for n, (f, z) in enumerate(zip(ring.frequency, ring.damping_ratio, strict=True)):
+    for n, (f, z, amplitude) in enumerate(
+        zip(ring.frequency, ring.damping_ratio, ring.amplitude, strict=True)
+    ):
         if any(abs(np.log(f / k)) < PARTED for k in there):
             continue
         # a pair, by the load: where all takes have it, one that was computed, too
         near = bool(data.take.loads) and (np.abs(np.log(unmatched / f)) < NEAR).any()
-        # or of another pair than the one that is left to what parts it, or unlike a fainter mode
-        shape, k = shapes[n], apart[n].argmin()
-        unlike = k > 0 and mac(shape, shapes[theirs[k]]) < ACROSS
-        other = not (paired and apart[n, pair] < SPLIT) and ((paired and k in pairs) or unlike)
+        # or another pair than the one that is left to what parts it
+        other = paired and apart[n, pair] > SPLIT and apart[n].argmin() in pairs
         parted = (loaded or near or other) and n not in theirs and apart[n].min() > PARTED
         if not parted and (apart[n].min() < APART or (paired and apart[n, pair] < SPLIT)):
             continue
+        shape = real_shapes(amplitude[None])[0][0][on]
         if not (
             damps_alike(f, z, own, found.damping_ratio)
             # a load lowers what is heard first by less than what lies below
             and (loaded or f > lowest)
-            and (near or not _mimics(shape, f, known, own))
+            and (near or not _mimics(shape, f, found.shapes_of(take)[:, on], own))
         ):
             return []
         out.append((float(f), float(z)))

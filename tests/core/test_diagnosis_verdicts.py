@@ -507,10 +507,6 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="a quiet fit that foretells badly lacks a mode",
         ),
         pytest.param(
-            "graded_stiffness", 994378, {"graded_stiffness"}, 1.1,
-            id="two modes that lie near and move each its way are two",
-        ),
-        pytest.param(
             "added_mass", 141503, {"added_mass"}, 2.5,
             id="a mass parts one pair more than can be heard, and the others",
         ),
