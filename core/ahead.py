@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import null_space
 
+from .channels import cut
 from .law import Law, unpack, widths, with_columns
 from .linear_part import delays, regressors
 from .shutter import later
@@ -43,17 +44,17 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
     alike = law.pitch[index] == law.pitch[law.fitted[0]]  # whose body the ways are of
     across = _across(one if alike else replace(one, ways=()), lead, known, creeps, first[:K])
 
-    late = delays(one, unpack(one, lead[None], 0)[3], data)
-
     def strength(start):  # of a release from the other side it is negative
         return np.copysign(np.hypot(*start.reshape(2, -1)).max() / size, start @ first)
 
-    def guess(x):
+    def guess(x, data):
         """(B, T, C) at starts x (B, n), and how far what rings along is from the fitted take's."""
+        there = replace(one, takes=(data,))
         start, beside, turns = np.split(x, [2 * K, 2 * K + 2 * across.count], axis=1)
         P = np.tile(lead, (len(x), 1))
         P[:, 2 * K : 4 * K] = start
-        basis = regressors(one, unpack(one, P, 0), 0)[0]
+        basis = regressors(there, unpack(there, P, 0), 0)[0]
+        late = delays(there, unpack(there, lead[None], 0)[3], data)
         now = np.repeat(known[None], len(x), axis=0)
         of_release = [*creeps, *swings, *(j + 1 for j in swings)]
         now[:, :, of_release] *= np.array([strength(one) for one in start])[:, None, None]
@@ -130,11 +131,12 @@ def _across(law: Law, lead, known: np.ndarray, creeps: list, pose: np.ndarray) -
 
 def _started(guess, data, steps: np.ndarray) -> np.ndarray:
     """(T, C) with the start (n,) that fits the used samples best, by Gauss-Newton."""
-    use = data.fit[:, None] & data.known & ~data.support
+    first = cut(data, 1 + int(np.flatnonzero(data.fit).max(initial=0)))
+    use = first.fit[:, None] & first.known & ~first.support
 
     def off(x):
-        y, far = guess(x)
-        left = np.where(use, (data.values - y) / data.sigma, 0.0).reshape(len(y), -1)
+        y, far = guess(x, first)
+        left = np.where(use, (first.values - y) / first.sigma, 0.0).reshape(len(y), -1)
         return np.hstack([left, -far])
 
     x = np.zeros(len(steps))
@@ -145,4 +147,4 @@ def _started(guess, data, steps: np.ndarray) -> np.ndarray:
         x = x - move
         if np.linalg.norm(move / steps) < STILL * np.linalg.norm(x / steps):
             break
-    return guess(x[None])[0][0]
+    return guess(x[None], data)[0][0]

@@ -1,6 +1,6 @@
 """Takes as channels: one column per marker and axis, with its noise, its row and its fit part."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -91,6 +91,12 @@ def free_motion(take: Take, window: tuple[float, float], noise: np.ndarray) -> C
         quiet=quiet,
         take=take,
     )
+
+
+def cut(data: Channels, n: int) -> Channels:
+    """The first n frames of a take."""
+    rows = {name: getattr(data, name)[:n] for name in ("time", "values", "fit", "rows")}
+    return replace(data, **rows)
 
 
 def _geometry(recording, places, d):

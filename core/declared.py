@@ -4,10 +4,10 @@ from functools import partial
 
 from .branches import with_branch
 from .effects import TIME_EFFECTS
-from .in_step import in_step
 from .law import TimeFit
 from .race import race
 from .read_off import read_off
+from .side_by_side import in_step_by_parts
 from .time_layer import entries, judge
 from .timefit import sharp
 
@@ -24,7 +24,7 @@ def with_declared(start: TimeFit, names: tuple[str, ...]) -> TimeFit:
     for name in [name for name in names if name in IN_TIME - there]:
         known = read_off(start) if name in READ_OFF else TIME_EFFECTS
         begun = entries(start, [effect for effect in known if effect.name == name])
-        tried = in_step([partial(race, one) for one in begun])
+        tried = in_step_by_parts([partial(race, one) for one in begun])
         if tried:
             best = max(tried, key=lambda found: judge((name,), found, start).evidence)
             start = with_branch(sharp(best), 1)

@@ -19,11 +19,11 @@ from .effects import DAMPING
 from .exchange import exchanged
 from .foils import is_broken, weakens, weakens_rather
 from .forgotten import more_modes
-from .in_step import in_step
 from .law import TimeFit
 from .ready import RIVALS, polished, to_their_end, widened
 from .refit import turned
 from .residual import NOISY, QUIET, excess, misfit
+from .side_by_side import in_step_by_parts
 from .sufficiency import (
     AHEAD,
     ENOUGH,
@@ -126,7 +126,7 @@ def _sharpened(verdict: Verdict) -> Verdict:
     """The same, with what was found in coarse steps fitted and judged in fine ones."""
     declared = verdict.chain[0][1]
     coarse = list(dict.fromkeys(found for _, found in verdict.chain))
-    sharper = in_step([partial(sharp, found) for found in coarse])
+    sharper = in_step_by_parts([partial(sharp, found) for found in coarse])
     fine = dict(zip(coarse, sharper, strict=True))
     return replace(
         verdict,

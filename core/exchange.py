@@ -4,7 +4,6 @@ What two effects look like apart is no guide to where they stand together: a sea
 one of two twins alone may have no way to the other. From the best fit of two it is a short one.
 """
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -14,7 +13,7 @@ from .effects.base import Effect
 from .effects.further_mode import ran_off
 from .law import TimeFit
 from .refit import swapped, turned
-from .side_by_side import in_step_by_halves
+from .side_by_side import in_step_by_parts
 from .sufficiency import ENOUGH
 from .time_layer import Candidate, able, begins_of, judge, refuted, stands_in
 from .timefit import best_fit, misfits
@@ -34,12 +33,7 @@ def exchanged(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
         for effect in able(declared, TIME_EFFECTS)
         if effect.name in best.found.law.effects[at].twins and effect.name not in best.names
     ]
-    laws = [_law(best.found, at, effect) for at, effect in swaps]
-    tries = in_step_by_halves(
-        [partial(_instead, best.found, *swap) for swap in swaps],
-        pack=lambda one: one and replace(one, law=None),
-        unpack=lambda n, one: one and replace(one, law=laws[n]),
-    )
+    tries = in_step_by_parts([partial(_instead, best.found, *swap) for swap in swaps])
     kept = {frozenset(c.names): c for c in found}
     for one in tries:
         if one is not None:
@@ -48,11 +42,6 @@ def exchanged(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
             kept[key] = max(kept.get(key, candidate), candidate, key=lambda c: c.evidence)
     out = sorted(kept.values(), key=lambda c: -c.evidence)
     return [c for c in out if not stands_in(c, out)]
-
-
-def _law(found: TimeFit, at: int, effect: Effect):
-    other = found.law.effects[-3 - at]
-    return replace(found.law, effects=(*found.law.effects[:-2], other, effect))
 
 
 def _instead(found: TimeFit, at: int, effect: Effect) -> TimeFit | None:

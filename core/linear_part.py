@@ -220,17 +220,30 @@ def _ties(law: Law, P: np.ndarray) -> np.ndarray:
 def left_over(law: Law, P: np.ndarray, solved: Solved) -> np.ndarray:
     """(B, R) as `residuals`, of what is solved at P."""
     coefficients, bases, uses = solved.coefficients, solved.bases, solved.uses
-    out = []
+    held = _held(law, P, coefficients)
+    ends = np.cumsum([0, *(use.sum() for use in uses)])
+    r = np.empty((len(P), ends[-1] + held.shape[1]))
+    r[:, ends[-1] :] = held
     for take, index in enumerate(law.fitted):
-        data = law.takes[index]
-        if bases[take].shape[1] == 1:
-            predicted = bases[take][:, 0] @ np.swapaxes(coefficients, 1, 2)
-        else:
-            predicted = np.einsum("bcti,bci->btc", bases[take], coefficients)
-        left = (_given(law, take) - predicted) / data.sigma
+        data, here = law.takes[index], r[:, ends[take] : ends[take + 1]]
         every = uses[take].all()
-        out.append(left.reshape(len(left), -1) if every else left[:, uses[take]])
-    K = law.modes
+        left = here.reshape(len(P), *uses[take].shape) if every else None  # a view
+        if bases[take].shape[1] == 1:
+            left = np.matmul(bases[take][:, 0], np.swapaxes(coefficients, 1, 2), out=left)
+        else:
+            left = np.einsum("bcti,bci->btc", bases[take], coefficients, out=left)
+        np.subtract(_given(law, take), left, out=left)
+        np.divide(left, data.sigma, out=left)
+        if not every:
+            here[:] = left[:, uses[take]]
+    if not (np.einsum("br,br->b", r, r) < WILD**2).all():  # NaN too
+        r = np.nan_to_num(np.clip(r, -WILD, WILD), nan=WILD)
+    return r
+
+
+def _held(law: Law, P: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+    """(B, r) what keeps the references at one, and what is tied."""
+    out, K = [], law.modes
     for c in range(law.conditions):
         own = coefficients[:, :, c * law.own : (c + 1) * law.own]
         hold = np.r_[PIN, np.full(K - 1, law.trust)]
@@ -238,7 +251,4 @@ def left_over(law: Law, P: np.ndarray, solved: Solved) -> np.ndarray:
         if law.turning:
             across = law.gauge(c)[list(law.turning)]
             out.append(PIN * np.einsum("kc,bck->bk", across, own[:, :, K:]))
-    r = np.concatenate([*out, _ties(law, P)], axis=1)
-    if not (r.min() > -WILD and r.max() < WILD):  # NaN too
-        r = np.nan_to_num(np.clip(r, -WILD, WILD), nan=WILD)
-    return r
+    return np.concatenate([*out, _ties(law, P)], axis=1)

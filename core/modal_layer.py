@@ -55,11 +55,7 @@ def suspects(ground: Ground, names: list[str]) -> list[Suspect]:
             return None
 
     effects = [effect for effect in MODAL_EFFECTS if effect.name not in names]
-    out = side_by_side(
-        [partial(fitted, effect) for effect in effects],
-        pack=lambda one: one and replace(one, effect=None),
-        unpack=lambda n, one: one and replace(one, effect=effects[n]),
-    )
+    out = side_by_side([partial(fitted, effect) for effect in effects])
     return sorted((s for s in out if s is not None), key=lambda s: -s.evidence)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from .effects.partner import AT_BOUND, Where, crossing, partner
-from .law import Law, TimeFit, replace, unpack
+from .law import Law, TimeFit, unpack
 from .match import SPLIT
 from .refit import led, swapped, without
 from .residual import NOISY
@@ -78,11 +78,6 @@ def across(found: TimeFit) -> TimeFit:
     bare = without(wider, len(law.effects))  # what swings across may tell all by itself
     gain, left = bare.chi2 - wider.chi2, bare.chi2 - bare.samples
     return wider if gain > FORCE * left and _shows(wider, bare) else found
-
-
-def crossed(law: Law) -> Law:
-    """The law that `across` may put in the place of one with a force as its last effect."""
-    return replace(law, effects=(_crossing(law), *law.effects))
 
 
 def _may_cross(law: Law) -> bool:

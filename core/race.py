@@ -10,12 +10,11 @@ from functools import partial
 import numpy as np
 
 from .effects.base import FINE, Effect
-from .in_step import in_step
 from .law import TRUST, Law, TimeFit
 from .outset import begin, outsets
 from .pair import across
 from .residual import NOISY
-from .side_by_side import in_step_by_halves
+from .side_by_side import in_step_by_parts
 from .simulate import COARSE
 from .timefit import best_fit, extend, misfits, walked
 
@@ -137,7 +136,7 @@ def begun_all(tries: list[Try]) -> list[tuple[Try, Begun]]:
     """The searches with where they stand; of those without a march that are of one effect and from
     the same fit, the few best.
     """
-    stand = in_step_by_halves(
+    stand = in_step_by_parts(
         [partial(begun, one) for one in tries], strides=[one.strides for one in tries]
     )
     pairs = list(zip(tries, stand, strict=True))
@@ -168,7 +167,8 @@ def worth(begun: list[tuple[Try, Begun]], bare: TimeFit | None = None) -> tuple[
             least[key] = min(now.misfit, least.get(key, np.inf))
     part = list(dict.fromkeys(start for start, whole in least if not whole))
     part += [bare] if bare and part and bare not in part else []
-    before = dict(zip(part, in_step([partial(_half, start) for start in part]), strict=True))
+    halves = in_step_by_parts([partial(_half, start) for start in part])
+    before = dict(zip(part, halves, strict=True))
 
     def stands(start, whole):
         """Misfit of the fit by then, and what of it is noise."""

@@ -69,7 +69,7 @@ def jumps(start: TimeFit) -> list[Effect]:
         return []
     known, found = _sought(start, takes, lambda gain: True)
     known, found = _moved(known, found, takes)
-    if _whole(found, known) != known:
+    if not any(known) or _whole(found, known) != known:
         known, found = _less_others(start, *_sought(start, takes, lost_frames.is_whole), takes)
         known, _ = _less_others(start, *_moved(known, found, takes), takes)
     return [lost_frames.lost(known, takes)] if any(known) else []
@@ -77,9 +77,10 @@ def jumps(start: TimeFit) -> list[Effect]:
 
 def _sought(start: TimeFit, takes: tuple, is_one) -> tuple[tuple, TimeFit]:
     """The jumps that the residuals show one after another, of those whose frames are such as
-    `is_one` wants, and the fit with them.
+    `is_one` wants, and the fit with them; none where there are more than a recording may have.
     """
-    known, found = ((),) * len(takes), start
+    none = ((),) * len(takes), start
+    known, found = none
     for _ in range(ROUNDS):
         seen = [lost_frames.next_jumps(_sight(found, n)) for n in range(len(takes))]
         more = [
@@ -89,6 +90,8 @@ def _sought(start: TimeFit, takes: tuple, is_one) -> tuple[tuple, TimeFit]:
         if not any(gain for own in more for _, gain in own):
             break
         known = _gathered(known, more, takes)
+        if any(map(lost_frames.too_many, known, takes)):
+            return none
         found = _with_jumps(start, known, takes)
     return known, found
 

@@ -7,10 +7,10 @@ import numpy as np
 
 from .branches import with_branch
 from .effects.further_mode import ran_off
-from .in_step import in_step
 from .law import TimeFit
 from .refit import turned
 from .residual import NOISY
+from .side_by_side import in_step_by_parts
 from .sufficiency import ENOUGH
 from .time_layer import EVIDENCE, NEARLY, Candidate, judge, vetoed
 from .timefit import fit
@@ -40,7 +40,7 @@ def to_their_end(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
             return c
         return judge(c.names, longer, declared)
 
-    longer = in_step([partial(to_the_end, c) for c in vie])
+    longer = in_step_by_parts([partial(to_the_end, c) for c in vie])
     others = [c for c in found if c not in vie]
     return sorted([*longer, *others], key=lambda c: -c.evidence)
 
@@ -65,12 +65,13 @@ def _laid_bare(found: list[Candidate], able: list[bool], declared: TimeFit, wide
     further modes where that is better.
     """
 
-    def laid_bare(c, may):
-        if not may or c.found.chi2 < NOISY * c.found.samples:
-            return c
+    def laid_bare(c):
         two = with_branch(c.found, len(c.names))
         others = [judge(c.names, found, declared) for found in (two, widen(two, len(c.names)))]
         return max(c, *others, key=lambda one: one.evidence)
 
-    out = in_step([partial(laid_bare, *one) for one in zip(found, able, strict=True)])
-    return sorted(out, key=lambda c: -c.evidence)
+    pairs = list(zip(found, able, strict=True))
+    some = [c for c, may in pairs if may and c.found.chi2 >= NOISY * c.found.samples]
+    others = [c for c in found if c not in some]
+    out = in_step_by_parts([partial(laid_bare, c) for c in some])
+    return sorted([*out, *others], key=lambda c: -c.evidence)

@@ -6,7 +6,6 @@ Blender. Elsewhere one piece follows the other, with the same result.
 
 import ctypes
 import os
-import pickle
 import signal
 import sys
 import threading
@@ -15,10 +14,12 @@ from collections.abc import Callable
 from contextlib import contextmanager
 from functools import partial
 
+from .handover import Known
 from .in_step import in_step
 
 ALONE = "RINGDOWN_ALONE"  # an environment variable; set, it keeps all work in one process
 MOST = 255  # pieces; more follow one another
+PART = 4  # jobs that go in step where there are many
 JOB, SHARE = 20.0, 0.25  # what a job costs beside its strides; what its own add to others' alike
 GOING = 0.02  # s that an ended thread is waited for
 DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG
@@ -26,37 +27,36 @@ DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG
 _children: set[int] = set()  # not waited for yet
 
 
-def in_step_by_halves(
-    jobs: list[Callable[[], object]], *, strides=None, pack=None, unpack=None
-) -> list:
-    """As `side_by_side`, of two pieces, the jobs of a piece in step.
+def in_step_by_parts(jobs: list[Callable[[], object]], *, strides=None) -> list:
+    """As `side_by_side`, of a few parts, the jobs of a part in step.
 
     strides: how many steps a job makes; those of alike jobs are made as one, so these stay
-    together. By default every other job goes to the same piece.
+    together. By default every other job goes to the same part.
     """
     if len(jobs) < 2 or not _may_fork():
         return in_step(jobs)
-    halves = _halves(strides or [0] * len(jobs))
-
-    def packed(half):
-        return [pack(one) if pack else one for one in half]
-
-    def unpacked(n, half):
-        each = halves[n]
-        return [unpack(i, one) if unpack else one for i, one in zip(each, half, strict=True)]
-
-    pieces = [partial(in_step, [jobs[i] for i in half]) for half in halves]
-    done = side_by_side(pieces, pack=packed, unpack=unpacked)
+    parts = _parts(strides or [0] * len(jobs))
+    done = side_by_side([partial(in_step, [jobs[i] for i in part]) for part in parts])
     told = {
         i: one
-        for half, some in zip(halves, done, strict=True)
-        for i, one in zip(half, some, strict=True)
+        for part, some in zip(parts, done, strict=True)
+        for i, one in zip(part, some, strict=True)
     }
     return [told[n] for n in range(len(jobs))]
 
 
+def _parts(strides: list[float]) -> list[list[int]]:
+    """Numbers of the jobs of each part. Of many, whose motions fill a march anyway, the one that is
+    done sooner takes more; few are halved.
+    """
+    if len(strides) < 3 * PART:
+        return list(_halves(strides))
+    order = sorted(range(len(strides)), key=lambda n: -strides[n])
+    return [order[i : i + PART] for i in range(0, len(order), PART)]
+
+
 def _halves(strides: list[float]) -> tuple[list[int], list[int]]:
-    """Numbers of the jobs of two pieces: the split, by strides, whose dearer piece costs least."""
+    """Numbers of the jobs of two parts: the split, by strides, whose dearer part costs least."""
     order = sorted(range(len(strides)), key=lambda n: strides[n])
 
     def cost(some):
@@ -67,19 +67,16 @@ def _halves(strides: list[float]) -> tuple[list[int], list[int]]:
     return min(splits, key=lambda pair: max(map(cost, pair)))
 
 
-def side_by_side(jobs: list[Callable[[], object]], *, pack=None, unpack=None) -> list:
-    """What each of the `jobs` returns, in their order.
-
-    pack(result) makes what goes from one process to the other, which must pickle;
-    unpack(number of the job, packed) makes the result of it again.
-    """
+def side_by_side(jobs: list[Callable[[], object]]) -> list:
+    """What each of the `jobs` returns, in their order; see `handover` for what that may be."""
     if not 1 < len(jobs) <= MOST or not _may_fork():
         return [job() for job in jobs]
     tickets, issue = os.pipe()
     os.write(issue, bytes(range(len(jobs))))
     os.close(issue)
     try:
-        child, reader = _fork(lambda: _share(jobs, pack, tickets))
+        known = Known(jobs)
+        child, reader = _fork(lambda: _share(jobs, tickets), known)
     except OSError:  # no process to be had
         os.close(tickets)
         return [job() for job in jobs]
@@ -90,21 +87,20 @@ def side_by_side(jobs: list[Callable[[], object]], *, pack=None, unpack=None) ->
         raise
     finally:
         os.close(tickets)
-    _, told = _wait(child, reader)
-    for n, packed in (told or {}).items():
-        done[n] = unpack(n, packed) if unpack else packed
+    done |= _wait(child, reader, known)[1] or {}
     # what the child came to grief over comes to grief here, where it can be told
     return [done[n] if n in done else job() for n, job in enumerate(jobs)]
 
 
 @contextmanager
 def meanwhile(job: Callable[[], object]):
-    """A function that returns what `job` returns, which is at work until then; it must pickle."""
+    """A function that returns what `job` returns, which is at work until then; see `handover`."""
     if not _may_fork():
         yield job
         return
     try:
-        child, reader = _fork(job)
+        known = Known([job])
+        child, reader = _fork(job, known)
     except OSError:
         yield job
         return
@@ -112,7 +108,7 @@ def meanwhile(job: Callable[[], object]):
 
     def result():
         if not answer:
-            whole, told = _wait(child, reader)
+            whole, told = _wait(child, reader, known)
             answer.append(told if whole else job())
         return answer[0]
 
@@ -148,7 +144,7 @@ def _is_at_work(child: int) -> bool:
     return os.waitid(os.P_PID, child, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None
 
 
-def _fork(work: Callable[[], object]) -> tuple[int, int]:
+def _fork(work: Callable[[], object], known: Known) -> tuple[int, int]:
     """A child that sends what `work` returns, and where that is read. Raises OSError."""
     reader, writer = os.pipe()
     parent = os.getpid()
@@ -168,7 +164,7 @@ def _fork(work: Callable[[], object]) -> tuple[int, int]:
         ctypes.CDLL(None).prctl(DEATH_SIGNAL, int(signal.SIGKILL), 0, 0, 0)
         if os.getppid() == parent:  # else it died before that was settled
             os.environ[ALONE] = "1"
-            sent = pickle.dumps(work())
+            sent = known.packed(work())
             with os.fdopen(writer, "wb") as pipe:
                 pipe.write(sent)
             status = 0
@@ -176,7 +172,7 @@ def _fork(work: Callable[[], object]) -> tuple[int, int]:
         os._exit(status)
 
 
-def _wait(child: int, reader: int) -> tuple[bool, object]:
+def _wait(child: int, reader: int, known: Known) -> tuple[bool, object]:
     """Whether the child's result came whole, and the result."""
     try:
         with os.fdopen(reader, "rb", closefd=False) as pipe:
@@ -187,7 +183,7 @@ def _wait(child: int, reader: int) -> tuple[bool, object]:
     os.close(reader)
     _, status = os.waitpid(child, 0)
     _children.discard(child)
-    return (True, pickle.loads(sent)) if status == 0 else (False, None)
+    return (True, known.unpacked(sent)) if status == 0 else (False, None)
 
 
 def _drop(child: int, reader: int) -> None:
@@ -203,6 +199,5 @@ def _taken(tickets: int):
         yield ticket[0]
 
 
-def _share(jobs: list, pack, tickets: int) -> dict:
-    results = {n: jobs[n]() for n in _taken(tickets)}
-    return {n: pack(one) if pack else one for n, one in results.items()}
+def _share(jobs: list, tickets: int) -> dict:
+    return {n: jobs[n]() for n in _taken(tickets)}

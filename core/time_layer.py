@@ -13,14 +13,12 @@ import numpy as np
 
 from .effects import TIME_EFFECTS, steady_drive
 from .effects.base import Effect
-from .in_step import in_step
 from .law import TimeFit
-from .pair import crossed
 from .race import Begun, Try, begun_all, ended, worth
 from .read_off import read_off
 from .refit import lighter, swapped
 from .residual import NOISY, bic, misfit
-from .side_by_side import in_step_by_halves
+from .side_by_side import in_step_by_parts
 from .timefit import fit, screen
 
 EVIDENCE = 20.0  # least gain in BIC (Kass and Raftery 1995 call 10 very strong)
@@ -93,7 +91,7 @@ def entries(start: TimeFit, effects) -> list[Try]:
     residual = (data.time[data.fit], (data.values - start.predicted[index])[data.fit])
     known = [(effect, begins_of(effect, start, residual)) for effect in able(start, effects)]
     known = [(effect, begins) for effect, begins in known if begins]
-    promises = in_step([partial(screen, start, *one) for one in known])
+    promises = in_step_by_parts([partial(screen, start, *one) for one in known])
     tries = [Try(start, promise, *one) for promise, one in zip(promises, known, strict=True)]
     return sorted(tries, key=lambda one: -one.promise.max())
 
@@ -137,7 +135,7 @@ def seconds(
 
     against: fits that these are compared with. bare: see `worth`.
     """
-    chosen = in_step([partial(_chosen, first.found, BESIDE) for first in firsts])
+    chosen = in_step_by_parts([partial(_chosen, first.found, BESIDE) for first in firsts])
     going, _ = worth(begun_all([one for some in chosen for one in some]), bare)
     done = _ended(going)
     out = []
@@ -243,19 +241,9 @@ def _ended(going: list[tuple[Try, Begun]]) -> list:
         found = ended(one, begun)
         return None if vetoed(found) else (found, outdone(found))
 
-    def unpack(n, packed):
-        if packed is None:
-            return None
-        found, plainer = packed
-        law = going[n][0].law
-        own = len(found.parameters) == sum(law.sizes())
-        return replace(found, law=law if own else crossed(law)), plainer
-
-    done = in_step_by_halves(
+    done = in_step_by_parts(
         [partial(tried, *pair) for pair in going],
         strides=[one.strides for one, _ in going],
-        pack=lambda done: done and (replace(done[0], law=None), done[1]),
-        unpack=unpack,
     )
     return [(one, *(some or (None, False))) for (one, _), some in zip(going, done, strict=True)]
 

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from .ahead import ahead
+from .channels import cut
 from .effects.base import FINE, Effect
 from .law import Law, TimeFit, bounds, unpack
 from .linear_part import left_over, march, residuals, solve
@@ -32,13 +33,7 @@ def _cut(law: Law, horizon: float) -> Law:
         data = takes[index]
         first, last = data.time[0], data.time[data.fit][-1]
         n = int((data.time <= first + horizon * (last - first) + 1e-12).sum())
-        takes[index] = replace(
-            data,
-            time=data.time[:n],
-            values=data.values[:n],
-            fit=data.fit[:n],
-            rows=data.rows[:n],
-        )
+        takes[index] = cut(data, n)
     return replace(law, takes=tuple(takes))
 
 
@@ -90,7 +85,7 @@ def walked(law: Law, starts, horizons, evaluations: int, most: int = 2, close=(D
     low, high = _bounds(law)
     for horizon in horizons:
         short = _cut(law, horizon)
-        starts = [np.clip(_gauged(short, p), low + 1e-12, high - 1e-12) for p in starts]
+        starts = np.clip(_gauged(short, np.array(starts)), low + 1e-12, high - 1e-12)
         end = (evaluations, *close) if horizon == 1.0 else (evaluations, NEAR, 0.0)
         walks = _promising(_descend(short, starts, (low, high), end), high - low, most)
         starts = [p for p, _, _ in walks]
@@ -114,21 +109,21 @@ def as_it_stands(law: Law, p: np.ndarray) -> TimeFit:
     return conclude(law, p, jacobian)
 
 
-def _gauged(law: Law, p: np.ndarray) -> np.ndarray:
-    """p with every start scaled so that its shape is one at the reference again.
+def _gauged(law: Law, P: np.ndarray) -> np.ndarray:
+    """P (B, p) with every start scaled so that its shape is one at the reference again.
 
     A new effect turns shapes; the scale follows at once here, and only slowly in the search.
     """
-    coefficients = solve(law, p[None]).coefficients[0]
+    coefficients = solve(law, P).coefficients
     a, _, _ = law.sizes()
-    p = p.copy()
+    P, K = P.copy(), law.modes
     for take, index in enumerate(law.fitted):
         at = law.own * law.condition[index]
-        own = coefficients[:, at : at + law.modes]
-        scale = np.einsum("kc,ck->k", law.gauge(law.condition[index]), own)
+        own = coefficients[:, :, at : at + K]
+        scale = np.einsum("kc,bck->bk", law.gauge(law.condition[index]), own)
         scale = np.where((np.abs(scale) > 0.01) & (np.abs(scale) < 100), scale, 1.0)
-        p[a + 2 * law.modes * take :][: 2 * law.modes] *= np.tile(scale, 2)
-    return p
+        P[:, a + 2 * K * take :][:, : 2 * K] *= np.tile(scale, 2)
+    return P
 
 
 def _look(law: Law, places: list[np.ndarray], high: np.ndarray) -> list:
@@ -170,13 +165,10 @@ def _search(p, bounds, end: tuple[int, float, float]):
     evaluations, enough, close = end
     r, jacobian = yield p
     cost, damping, refused, flat = r @ r, 1e-3, np.inf, 0
+    normal, slope, scale = _normal(jacobian, r)
     for _ in range(evaluations):
-        scale = np.linalg.norm(jacobian, axis=0)
-        scale = np.where(scale > 0, scale, 1.0)
-        J = jacobian / scale
-        slope = J.T @ r
         stuck = ((p <= low + 1e-12) & (slope > 0)) | ((p >= high - 1e-12) & (slope < 0))
-        H = J.T @ J + damping * np.eye(len(p))
+        H = normal + damping * np.eye(len(p))
         H[stuck], H[:, stuck] = 0.0, 0.0
         H[stuck, stuck] = 1.0
         move = -np.linalg.solve(H, np.where(stuck, 0.0, slope)) / scale
@@ -185,6 +177,7 @@ def _search(p, bounds, end: tuple[int, float, float]):
         if after @ after < cost:
             gain, p, r, jacobian = cost - after @ after, trial, after, tangent
             cost, damping, refused, flat = r @ r, damping / 8, np.inf, 0
+            normal, slope, scale = _normal(jacobian, r)
             if gain < max(enough * cost + 0.05, close):
                 break
         else:
@@ -195,6 +188,14 @@ def _search(p, bounds, end: tuple[int, float, float]):
             if damping > 1e6 or flat > FLAT:
                 break
     return p, jacobian, cost
+
+
+def _normal(jacobian: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(p, p) normal matrix of unit diagonal, (p,) slope, and by what (p,) both are scaled."""
+    normal = jacobian.T @ jacobian
+    scale = np.sqrt(np.diag(normal))
+    scale = np.where(scale > 0, scale, 1.0)
+    return normal / np.outer(scale, scale), jacobian.T @ r / scale, scale
 
 
 def misfits(law: Law, P: np.ndarray, rows: int | None = None) -> np.ndarray:

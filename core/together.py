@@ -13,14 +13,13 @@ import numpy as np
 
 from .effects import TIME_EFFECTS
 from .effects.further_mode import ran_off
-from .in_step import in_step
-from .law import TimeFit, replace
+from .law import TimeFit
 from .outset import begin, outsets
 from .race import Try, race, raced, unlike
 from .read_off import jumps
 from .refit import turned
 from .residual import NOISY, bic
-from .side_by_side import in_step_by_halves
+from .side_by_side import in_step_by_parts
 from .time_layer import (
     EVIDENCE,
     PROMISE,
@@ -77,7 +76,7 @@ def _beside(start: TimeFit, ranked: list[Candidate]):
         if not candidate.outdone and candidate.found.chi2 <= single.found.chi2
     ]
     doubtful = [candidate for single, candidate in found if single.outdone]
-    dropped = in_step([lambda c=c: outdone(turned(c.found)) for c in doubtful])
+    dropped = in_step_by_parts([lambda c=c: outdone(turned(c.found)) for c in doubtful])
     gone = {id(c) for c, out in zip(doubtful, dropped, strict=True) if out}
     return [candidate for _, candidate in found if id(candidate) not in gone]
 
@@ -87,13 +86,13 @@ def _with_jumps(start: TimeFit, others: list[Candidate]) -> list:
 
     Jumps hide what tells little without them, and cost no search.
     """
-    seen = in_step([lambda c=c: able(c.found, jumps(c.found)) for c in others])
+    seen = in_step_by_parts([lambda c=c: able(c.found, jumps(c.found)) for c in others])
     tries = [
         (single, Try(single.found, np.zeros(1), effect, [()]))
         for single, effects in zip(others, seen, strict=True)
         for effect in effects
     ]
-    done = in_step([partial(race, one) for _, one in tries])
+    done = in_step_by_parts([partial(race, one) for _, one in tries])
     return [
         (single, [judge((*single.names, one.effect.name), found, start)])
         for (single, one), found in zip(tries, done, strict=True)
@@ -106,7 +105,7 @@ def _of_the_library(start: TimeFit) -> list[Candidate]:
         return []
     known = [one for one in entries(start, TIME_EFFECTS) if one.promise.max() > PROMISE]
     strengths = [[o.begins[i] for i in unlike(o.effect, o.begins, o.promise)] for o in known]
-    some = in_step(
+    some = in_step_by_parts(
         [partial(begin, start, o.effect, t) for o, t in zip(known, strengths, strict=True)]
     )
     own = [np.vstack([one.there + one.tangent, one.there - one.tangent]) for one in some]
@@ -124,7 +123,7 @@ def _of_the_library(start: TimeFit) -> list[Candidate]:
         places = [p for p, _, _ in walked(law, starts, HORIZONS[:1], LOOKS, WALKS[0])]
         return walked(law, places, HORIZONS[1:2], LOOKS, WALKS[1])
 
-    walks = in_step_by_halves([partial(begun, effects, begins) for _, effects, begins in twos])
+    walks = in_step_by_parts([partial(begun, effects, begins) for _, effects, begins in twos])
     order = sorted(range(len(twos)), key=lambda n: walks[n][0][2])
     order = [n for n in order if walks[n][0][2] < BEHIND * walks[order[0]][0][2]][:FINALISTS]
 
@@ -134,12 +133,7 @@ def _of_the_library(start: TimeFit) -> list[Candidate]:
         strayed = ran_off(found) and not ran_off(start)
         return None if strayed or refuted(turned(found)) or refuted(found) else found
 
-    laws = [raced(start, *twos[n][1]) for n in order]
-    found = in_step_by_halves(
-        [partial(ended, twos[n][1], walks[n]) for n in order],
-        pack=lambda one: one and replace(one, law=None),
-        unpack=lambda n, one: one and replace(one, law=laws[n]),
-    )
+    found = in_step_by_parts([partial(ended, twos[n][1], walks[n]) for n in order])
     return [
         judge(tuple(e.name for e in twos[n][1]), one, start)
         for n, one in zip(order, found, strict=True)

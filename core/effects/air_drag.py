@@ -14,14 +14,15 @@ from .base import Effect, Parameter, too_faint
 
 def acceleration(theta, setting):
     """theta = inner coefficient times the first amplitude (1), spread over the skin."""
-    skin, facing, wind = setting.skin.T, setting.facing.T, setting.wind.T
+    K, facing = len(setting.facing), setting.facing.T
+    skin, wind = (one.reshape(K, 3, -1) for one in (setting.skin, setting.wind.T))
+    work = np.einsum("kis,lis->kls", wind, skin).reshape(K * K, -1)  # by a point's own speed
     strength = -theta[:, 0] / setting.amplitude
 
     def push(state):
         v = np.ascontiguousarray(state.v)
         into = np.abs(facing @ v)
-        drag = (skin @ v).reshape(3, len(facing), len(theta)) * into
-        return strength * (wind @ drag.reshape(len(skin), len(theta)))
+        return strength * ((work @ into).reshape(K, K, len(theta)) * v).sum(axis=1)
 
     return push
 

@@ -113,6 +113,14 @@ def test_a_jump_is_of_whole_frames(frames, whole):
     assert lost_frames.is_whole(frames) == whole
 
 
+def test_a_recording_with_many_jumps_or_a_long_one_is_not_worth_mending():
+    data = SimpleNamespace(time=np.linspace(0, 8.0, 481))
+    short = [(0.5 * n, 1 / 60) for n in range(6)]
+    assert not lost_frames.too_many(short, data)
+    assert lost_frames.too_many([*short, (7.0, -1 / 60)], data)
+    assert lost_frames.too_many([(1.0, 1.5), (2.0, -1.5)], data)
+
+
 def test_jumps_that_cancel_are_none():
     frame = 0.016667  # of 60 a second, as it is written
     jumps = [(2.5 * frame, frame), (181.5 / 60, frame)]

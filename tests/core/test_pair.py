@@ -7,8 +7,7 @@ import pytest
 
 from core.effects import contact, large_amplitude
 from core.effects.base import companion
-from core.pair import across, crossed, with_partner
-from core.timefit import as_it_stands
+from core.pair import across, with_partner
 from tests.core.test_simulate import AMPLITUDE
 from tests.core.test_timefit import NOISE, SHAPE, TIME, Stop, W, channels, declared, moved, raced
 
@@ -34,8 +33,6 @@ def test_what_a_pair_does_across_a_stop_is_told_from_the_stop():
     assert both.chi2 < 1.15 * both.samples
     gap = both.law.effects[-1].report(both.theta[-1][0], both.law.setting, None)["gap"]
     assert gap == pytest.approx(0.5 * AMPLITUDE, rel=0.05)
-    again = as_it_stands(crossed(replace(alone.law, setting=both.law.setting)), both.parameters)
-    assert again.chi2 == pytest.approx(both.chi2)
 
 
 class Hardening:

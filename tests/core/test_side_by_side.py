@@ -5,14 +5,19 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from core import side_by_side as where
+from core.effects import TIME_EFFECTS
+from core.effects.further_mode import further_mode
 from core.in_step import asked
-from core.side_by_side import in_step_by_halves, meanwhile, side_by_side
+from core.side_by_side import in_step_by_parts, meanwhile, side_by_side
 from core.time_layer import singles
 from tests.core.test_timefit import Rub, channels, declared, moved
 
@@ -63,21 +68,65 @@ def test_halves_go_in_step_and_come_in_order(forked):
         return [question + 100 for question in questions]
 
     jobs = [lambda n=n: asked(n, answer) for n in range(5)]
-    out = in_step_by_halves(
-        [lambda job=job: (job(), os.getpid) for job in jobs],
-        pack=lambda one: (one[0], one[1]()),
-        unpack=lambda n, one: (one[0], n),
-    )
+    out = in_step_by_parts([lambda job=job: (job(), os.getpid()) for job in jobs])
     assert [value for value, _ in out] == [100, 101, 102, 103, 104]
-    theirs = [told for _, told in out if not callable(told)]
+    theirs = [n for n, (_, pid) in enumerate(out) if pid != os.getpid()]
     assert theirs in ([1, 3], [0, 2, 4]) if forked else not theirs
     assert sizes == ([5] if not forked else [2 if theirs == [0, 2, 4] else 3])
 
 
-def test_what_does_not_pickle_is_packed_and_unpacked(forked):
-    jobs = [lambda n=n: lambda: n for n in range(4)]
-    out = side_by_side(jobs, pack=lambda one: one(), unpack=lambda n, packed: lambda: packed)
-    assert [one() for one in out] == [0, 1, 2, 3]
+def test_a_function_comes_with_what_it_encloses(forked):
+    """No pickle holds one that was made in a function."""
+    own = np.zeros(3)
+
+    def job(n):
+        time.sleep(0.05)  # or one process does all
+        more = [n]
+
+        def told(factor=10, *, also=0):
+            return factor * more[0] + also + own
+
+        return os.getpid(), told, own
+
+    out = side_by_side([partial(job, n) for n in range(4)])
+    assert len({pid for pid, *_ in out}) == (2 if forked else 1)
+    for n, (_, told, same) in enumerate(out):
+        assert told(also=1) == pytest.approx(10 * n + 1)
+        assert told(factor=2) == pytest.approx(2 * n)
+        assert same is own
+
+
+def test_what_was_there_before_is_the_same_object_after(forked):
+    found = declared(channels(moved()))
+
+    def job(effect):
+        time.sleep(0.05)
+        return os.getpid(), replace(found, law=replace(found.law, effects=(effect,)))
+
+    effects = [*TIME_EFFECTS[:3], further_mode(7.0, 0.02)]
+    out = side_by_side([partial(job, effect) for effect in effects])
+    assert len({pid for pid, _ in out}) == (2 if forked else 1)
+    for effect, (_, one) in zip(effects, out, strict=True):
+        assert one.law.effects[0] is effect and one.law.takes[0] is found.law.takes[0]
+        assert one.law.setting is found.law.setting and one.jacobian is found.jacobian
+
+
+def test_an_effect_that_a_child_made_does_what_it_did_there(forked):
+    take = channels(moved())  # any noun stands for one
+    pitches = 3.0, 4.0, 5.0
+
+    def job(pitch):
+        time.sleep(0.05)
+        return further_mode(pitch, 0.02, (take,))
+
+    theta, at = np.array([[0.01, 0.03]]), np.linspace(0, 1, 9)[None]
+    for pitch, effect in zip(
+        pitches, side_by_side([partial(job, f) for f in pitches]), strict=True
+    ):
+        here = further_mode(pitch, 0.02)
+        same = effect.columns(theta, None, at, None), here.columns(theta, None, at, None)
+        assert same[0] == pytest.approx(same[1])
+        assert effect.channels(None, SimpleNamespace(sigma=[1.0], take=take)).all()
 
 
 def test_an_error_in_the_child_is_told_here(forked):
@@ -198,3 +247,11 @@ def test_jobs_of_alike_strides_share_a_piece_where_that_costs_less():
     assert sorted(map(sorted, where._halves([16, 64, 16, 64]))) == [[0, 2], [1, 3]]
     assert sorted(map(len, where._halves([0] * 6))) == [3, 3]
     assert sorted(map(len, where._halves([32] * 5))) == [2, 3]
+
+
+def test_many_jobs_go_in_parts_that_either_process_may_take():
+    """The dearest first: what comes last is what one waits for."""
+    parts = where._parts([16.0] * 9 + [64.0] * 4)
+    assert sorted(n for part in parts for n in part) == list(range(13))
+    assert parts[0] == [9, 10, 11, 12] and len(parts) == 4
+    assert [sorted(part) for part in where._parts([16, 64, 16, 64])] == [[0, 2], [1, 3]]
