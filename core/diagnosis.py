@@ -160,17 +160,17 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     if over < WEAK and not fails(declared) and more_modes(declared, strong):
         return Verdict("adequate", chain, (), (), ranked, ())
     strong = widened(strong, declared, widen)
-    alone = None
+    alone, known = None, {}
     if strong and sufficient(strong[0], ENOUGH):
         if is_broken(declared, strong[0]):
             return Verdict("unexplained", chain, (), (), ranked, ())
         if weakens(declared, strong[0]):
             return _partly(chain, strong[0], strong, ranked)
-        alone = _unless_it_weakens(_add_second(chain, strong, ranked, over), able)
+        alone = _unless_it_weakens(_add_second(chain, strong, ranked, over, known), able)
         if not owes(alone.final, declared) and not _loud(alone):
             return alone
     able = [*able, *passed_over(left, able, declared)]
-    both = _by_two(chain, (able, ranked, strong), over, widen)
+    both = _by_two(chain, (able, ranked, strong, known), over, widen)
     told = both.verdict == "explained" and not owes(both.final, declared)
     if told and alone and _is_read_off(both) and not _is_read_off(alone):
         told = _takes_most(both, alone)
@@ -209,12 +209,13 @@ def _takes_most(both: Verdict, alone: Verdict) -> bool:
 def _by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
     """What two effects found together say, or the one of them that does without the other.
 
-    candidates: single effects: all, those that may be there alone, and the strong ones.
+    candidates: single effects: all, those that may be there alone, and the strong ones; and what
+    was sought beside some already, as `pairs` has it.
     """
-    declared, (able, ranked, strong) = chain[0][1], candidates
+    declared, (able, ranked, strong, known) = chain[0][1], candidates
     others = [c for c in able if c.outdone or c not in ranked]
     beam = sorted([*strong, *others], key=lambda c: -c.evidence)
-    found = exchanged(to_their_end(pairs(declared, beam), declared), declared)
+    found = exchanged(to_their_end(pairs(declared, beam, known), declared), declared)
     found = polished(found, declared, widen)
     both = _stand([c for c in found if sufficient(c, ENOUGH_BOTH)])
     if both and is_broken(declared, both[0]):
@@ -282,20 +283,22 @@ def twins_of(candidate: Candidate, others) -> tuple[str, ...]:
     )
 
 
-def _add_second(chain, strong: list[Candidate], ranked, over: float) -> Verdict:
+def _add_second(chain, strong: list[Candidate], ranked, over: float, known: dict) -> Verdict:
     """The single effect, and a second one where what is left is material and one effect's.
 
     Where others come near the best single effect, each is tried with a second one: which of them
-    is there may show only beside the right companion.
+    is there may show only beside the right companion. What is found goes into `known`.
     """
     best, more = strong[0], []
     more_left = excess(best.found) > MATERIAL and best.found.chi2 > NOISY * best.found.samples
     if more_left or strays(best.found, AHEAD):
         left = _left(best.found)  # no pair can gain more than this over the best
         firsts = [c for c in strong[:RIVALS] if c.evidence >= best.evidence - left]
+        found = [c.found for c in firsts]
+        known |= zip(found, seconds(firsts, found), strict=True)
         tries = [
-            (first, [c for c in more if c.evidence > EVIDENCE and not c.outdone])
-            for first, more in zip(firsts, seconds(firsts, [c.found for c in firsts]), strict=True)
+            (first, [c for c in known[first.found] if c.evidence > EVIDENCE and not c.outdone])
+            for first in firsts
         ]
         able = [t for t in tries if t[1] and counts_second(t[0], t[1][0], over)]
         best, more = max(able, key=lambda t: t[0].evidence + t[1][0].evidence, default=tries[0])

@@ -6,6 +6,7 @@ their strengths, on growing shares of the record: a joint score test tells which
 swings from where.
 """
 
+from dataclasses import replace
 from functools import partial
 from itertools import combinations
 
@@ -45,12 +46,13 @@ LOOKS = 6  # evaluations before the last of them
 WALKS = (6, 3)  # searches of a pair that go on from each of the first shares
 
 
-def pairs(start: TimeFit, ranked: list[Candidate]) -> list[Candidate]:
+def pairs(start: TimeFit, ranked: list[Candidate], known: dict) -> list[Candidate]:
     """Candidates of two effects, best evidence first.
 
     One that was outdone alone may yet be there beside another, where nothing plainer does as well.
+    known: what was sought already beside single effects, by their fits (`seconds`).
     """
-    best, found = {}, _beside(start, ranked)
+    best, found = {}, _beside(start, ranked, known)
     if not any(c.found.chi2 < NOISY * c.found.samples for c in found):
         found = [*_of_the_library(start), *found]
     for candidate in found:
@@ -61,12 +63,17 @@ def pairs(start: TimeFit, ranked: list[Candidate]) -> list[Candidate]:
     return [c for c in found if not stands_in(c, found)]
 
 
-def _beside(start: TimeFit, ranked: list[Candidate]):
+def _beside(start: TimeFit, ranked: list[Candidate], known: dict):
     """Candidates of the best single effects and what shows beside each."""
     strong = [single for single in ranked if single.evidence >= EVIDENCE]
     fitting = sorted(strong, key=lambda single: bic(single.found))
     first = list(dict.fromkeys([*strong[:BEAM], *fitting[:BEAM]]))
-    beside = list(zip(first, seconds(first, [start] * len(first), start), strict=True))
+    new = [single for single in first if single.found not in known]
+    beside = list(zip(new, seconds(new, [start] * len(new), start), strict=True))
+    for single in first:
+        again = [replace(judge(c.names, c.found, start), outdone=c.outdone)
+                 for c in known.get(single.found, ())]  # fmt: skip
+        beside.append((single, again))
     beside += _with_jumps(start, [single for single in strong if single not in first])
     found = [
         (single, candidate)

@@ -169,6 +169,50 @@ def confusion(marks: list) -> list:
     return rows
 
 
+def is_as_planted(m: dict) -> bool:
+    """Whether a case is called what it is, with no more than a tenth above the noise left."""
+    if m["group"] == "single" and m["ratio"] < SHOWN:  # does not show
+        return True
+    if m["group"] == "absent":
+        return m["verdict"] == "unexplained"
+    if m["group"] in ("null", "trap"):
+        return is_adequate(m)
+    names = set(m["right"]) == set(m["named"]) if m["group"] == "two" else first_is_right(m)
+    return names and m["verdict"] == m["wanted"] and m["after"] <= MOST * m["floor"]
+
+
+def failed(marks: list) -> list:
+    """Rows (planted, seed, object, ratio, found, twins, errors, refitted, modulus) of the cases
+    that are not as planted.
+    """
+
+    def row(m):
+        names = " + ".join(m["named"]) or m["verdict"]
+        found = f"({names})" if m["named"] and m["verdict"] == "unexplained" else names
+        errors = ", ".join(f"{m[key]:.3f}" for key in ("before", "after", "floor"))
+        own = "-" if m.get("refitted") is None else f"{m['refitted']:.3f}"
+        twins, off = ", ".join(m["twins"]) or "-", f"{m['modulus_error']:+.1%}"
+        return (
+            m["kind"],
+            m["seed"],
+            m["object"],
+            f"{m['ratio']:.1f}",
+            found,
+            twins,
+            errors,
+            own,
+            off,
+        )
+
+    return [row(m) for m in marks if not is_as_planted(m)]
+
+
+FAILED = (
+    "planted", "seed", "object", "ratio", "found", "twins named",
+    "held-out error before, after, noise", "refitted", "E off by",
+)  # fmt: skip
+
+
 def table(head: tuple, rows: list) -> str:
     """A Markdown table."""
     lines = [head, ["---"] * len(head), *rows]

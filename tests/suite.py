@@ -167,6 +167,11 @@ def page(records: list, seed: int) -> str:
         "",
         scoring.table(("planted", "cases", "called"), scoring.confusion(marks)),
         "",
+        "What is not as planted, or leaves more than a tenth above the noise. Ratio: the declared",
+        "model's error over the noise. Refitted: the held-out error of the true model refitted.",
+        "",
+        scoring.table(scoring.FAILED, scoring.failed(marks)),
+        "",
     ]
     return "\n".join(text + ([f"Crashes: {len(crashes)}", "", *crashes, ""] if crashes else []))
 

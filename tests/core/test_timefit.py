@@ -662,7 +662,7 @@ def test_what_is_off_ahead_of_a_quiet_fit_is_sought():
         chi2=0.97 * found.samples,
         predicted=(found.predicted[0] + 2 * NOISE * held[:, None],),
     )
-    told = _add_second(((None, before),), [judge(("contact",), off, before)], (), 0.1)
+    told = _add_second(((None, before),), [judge(("contact",), off, before)], (), 0.1, {})
     assert told.verdict == "explained"
     assert told.effects[0].names == ("contact",)
 

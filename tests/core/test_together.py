@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from core import together
 from core.effects import asymmetric_stiffness, dry_friction, relaxation, steady_drive
 from core.exchange import exchanged
 from core.time_layer import judge, stands_in
@@ -24,7 +25,7 @@ def test_two_effects_are_found_where_neither_is_alone():
     for effect in (dry_friction.EFFECT, relaxation.EFFECT):
         alone = raced(found, effect)
         assert alone.chi2 > 3 * alone.samples
-    best = pairs(found, [])[0]
+    best = pairs(found, [], {})[0]
     assert set(best.names) == {"dry_friction", "relaxation"}
     fine = sharp(best.found)
     assert fine.chi2 < 1.2 * fine.samples
@@ -34,7 +35,19 @@ def test_two_effects_are_found_where_neither_is_alone():
 
 
 def test_where_nothing_acts_no_two_effects_are_begun():
-    assert pairs(declared(channels(moved())), []) == []
+    assert pairs(declared(channels(moved())), [], {}) == []
+
+
+def test_what_was_sought_beside_an_effect_is_not_sought_again(monkeypatch):
+    found = creeping_and_rubbed()
+    rub = judge(("dry_friction",), raced(found, dry_friction.EFFECT), found)
+    creep = judge(("dry_friction", "relaxation"), raced(rub.found, relaxation.EFFECT), rub.found)
+    asked = []
+    monkeypatch.setattr(together, "seconds", lambda firsts, *_: asked.append(firsts) or [])
+    monkeypatch.setattr(together, "_of_the_library", lambda start: [])
+    (both,) = together.pairs(found, [rub], {rub.found: [creep]})
+    assert asked == [[]] and both.found is creep.found
+    assert both.evidence > creep.evidence  # over the fit without either
 
 
 def both_of(found, *effects):
