@@ -16,7 +16,7 @@ from .effects import TIME_EFFECTS
 from .effects.further_mode import ran_off
 from .law import TimeFit
 from .outset import begin, outsets
-from .race import Try, race, raced, unlike
+from .race import TELLS, Try, race, raced, unlike
 from .read_off import jumps
 from .refit import turned
 from .residual import NOISY, bic
@@ -71,9 +71,11 @@ def _beside(start: TimeFit, ranked: list[Candidate], known: dict):
     new = [single for single in first if single.found not in known]
     beside = list(zip(new, seconds(new, [start] * len(new), start), strict=True))
     for single in first:
-        again = [replace(judge(c.names, c.found, start), outdone=c.outdone)
-                 for c in known.get(single.found, ())]  # fmt: skip
-        beside.append((single, again))
+        before = known.get(single.found, ())
+        again = [replace(judge(c.names, c.found, start), outdone=c.outdone) for c in before]
+        # as `worth` has it of what is sought here
+        able = [c for c in again if not (c.share < TELLS and c.held_share < TELLS)]
+        beside.append((single, able))
     beside += _with_jumps(start, [single for single in strong if single not in first])
     found = [
         (single, candidate)
