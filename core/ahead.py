@@ -47,14 +47,14 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
     def strength(start):  # of a release from the other side it is negative
         return np.copysign(np.hypot(*start.reshape(2, -1)).max() / size, start @ first)
 
-    def guess(x, data):
+    def guess(x, part):
         """(B, T, C) at starts x (B, n), and how far what rings along is from the fitted take's."""
-        there = replace(one, takes=(data,))
+        there = replace(one, takes=(part,))
         start, beside, turns = np.split(x, [2 * K, 2 * K + 2 * across.count], axis=1)
         P = np.tile(lead, (len(x), 1))
         P[:, 2 * K : 4 * K] = start
         basis = regressors(there, unpack(there, P, 0), 0)[0]
-        late = delays(there, unpack(there, lead[None], 0)[3], data)
+        late = delays(there, unpack(there, lead[None], 0)[3], part)
         now = np.repeat(known[None], len(x), axis=0)
         of_release = [*creeps, *swings, *(j + 1 for j in swings)]
         now[:, :, of_release] *= np.array([strength(one) for one in start])[:, None, None]
@@ -63,7 +63,7 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
             now[:, :, j] += re * cos + im * sin
             now[:, :, j + 1] += re * sin - im * cos
         y = np.swapaxes((basis @ now[:, :, :, None])[..., 0], 1, 2)
-        y = y + across.motion(beside, data.time, late, basis[:, 0][:, :, creeps])
+        y = y + across.motion(beside, part.time, late, basis[:, 0][:, :, creeps])
         return y, np.hstack([beside / (WIDE * size), turns / WIDE])
 
     steps = np.full(2 * K + 2 * across.count, law.setting.amplitude)

@@ -166,7 +166,8 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
             return Verdict("unexplained", chain, (), (), ranked, ())
         if weakens(declared, strong[0]):
             return _partly(chain, strong[0], strong, ranked)
-        alone = _unless_it_weakens(_add_second(chain, strong, ranked, over, known), able)
+        single, known = _add_second(chain, strong, ranked, over)
+        alone = _unless_it_weakens(single, able)
         if not owes(alone.final, declared) and not _loud(alone):
             return alone
     able = [*able, *passed_over(left, able, declared)]
@@ -283,19 +284,20 @@ def twins_of(candidate: Candidate, others) -> tuple[str, ...]:
     )
 
 
-def _add_second(chain, strong: list[Candidate], ranked, over: float, known: dict) -> Verdict:
-    """The single effect, and a second one where what is left is material and one effect's.
+def _add_second(chain, strong: list[Candidate], ranked, over: float) -> tuple[Verdict, dict]:
+    """The single effect, and a second one where what is left is material and one effect's; and what
+    was sought beside single effects, by their fits.
 
     Where others come near the best single effect, each is tried with a second one: which of them
-    is there may show only beside the right companion. What is found goes into `known`.
+    is there may show only beside the right companion.
     """
-    best, more = strong[0], []
+    best, more, known = strong[0], [], {}
     more_left = excess(best.found) > MATERIAL and best.found.chi2 > NOISY * best.found.samples
     if more_left or strays(best.found, AHEAD):
         left = _left(best.found)  # no pair can gain more than this over the best
         firsts = [c for c in strong[:RIVALS] if c.evidence >= best.evidence - left]
         found = [c.found for c in firsts]
-        known |= zip(found, seconds(firsts, found), strict=True)
+        known = dict(zip(found, seconds(firsts, found), strict=True))
         tries = [
             (first, [c for c in known[first.found] if c.evidence > EVIDENCE and not c.outdone])
             for first in firsts
@@ -314,7 +316,7 @@ def _add_second(chain, strong: list[Candidate], ranked, over: float, known: dict
             twins += (twins_of(c, more),)
         elif gained(best.found, c.found) < MATERIAL:
             minor = ((c.names[-1], gained(best.found, c.found)),)
-    return Verdict("explained", chain, effects, twins, ranked, minor)
+    return Verdict("explained", chain, effects, twins, ranked, minor), known
 
 
 def _left(found: TimeFit) -> float:

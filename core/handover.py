@@ -11,6 +11,7 @@ import sys
 from collections.abc import Iterable
 from dataclasses import fields, is_dataclass
 from functools import cached_property, partial
+from importlib import import_module
 from types import CellType, CodeType, FunctionType, MethodType
 
 import numpy as np
@@ -22,7 +23,7 @@ KEPT = CodeType, FunctionType, np.ndarray
 class Known:
     """All that is reached from the `roots`, and from the modules of this package, as it is now.
 
-    Only what is not changed any more goes as a reference: code, functions, arrays, frozen nouns.
+    Code, functions, arrays and frozen nouns go as references: nobody changes these any more.
     """
 
     def __init__(self, roots: Iterable):
@@ -35,7 +36,7 @@ class Known:
             seen[id(one)] = one
             if isinstance(one, KEPT) or (_is_noun(one) and one.__dataclass_params__.frozen):
                 self.objects[id(one)] = one
-            todo += _parts(one)
+            todo += _made_of(one)
 
     def packed(self, result) -> bytes:
         """The result, as it travels. Raises what `pickle` does."""
@@ -56,22 +57,25 @@ def _is_noun(one) -> bool:
     return is_dataclass(one) and not isinstance(one, type)
 
 
-def _parts(one) -> Iterable:
+def _made_of(one) -> Iterable:
     """What an object is made of, as far as something may be in it that does not pickle."""
     if isinstance(one, FunctionType):
-        return one.__code__, *(one.__defaults__ or ()), *_enclosed(one)
+        defaults = *(one.__defaults__ or ()), *(one.__kwdefaults__ or {}).values()
+        return one.__code__, *defaults, *_enclosed(one)
     if isinstance(one, CodeType):
         return [part for part in one.co_consts if isinstance(part, CodeType)]
     if isinstance(one, partial):
         return one.func, *one.args, *one.keywords.values()
     if isinstance(one, MethodType):
         return one.__self__, one.__func__
+    if isinstance(one, staticmethod | classmethod):
+        return (one.__func__,)
     if isinstance(one, property | cached_property):
         return (one.fget if isinstance(one, property) else one.func,)
     if isinstance(one, type):
         return vars(one).values() if _is_ours(one.__module__) else ()
     if isinstance(one, dict):
-        return list(one.values())
+        return [*one, *one.values()]
     if isinstance(one, list | tuple | set | frozenset):
         return one
     return [getattr(one, field.name) for field in fields(one)] if _is_noun(one) else ()
@@ -99,7 +103,7 @@ class _Pickler(pickle.Pickler):
 
 def _function(code: CodeType, module: str, defaults, by_name, enclosed: tuple) -> FunctionType:
     cells = tuple(CellType(one) for one in enclosed)
-    made = FunctionType(code, vars(sys.modules[module]), code.co_name, defaults, cells)
+    made = FunctionType(code, vars(import_module(module)), code.co_name, defaults, cells)
     made.__kwdefaults__ = by_name
     return made
 

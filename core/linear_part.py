@@ -236,7 +236,7 @@ def left_over(law: Law, P: np.ndarray, solved: Solved) -> np.ndarray:
         np.divide(left, data.sigma, out=left)
         if not every:
             here[:] = left[:, uses[take]]
-    if not (np.einsum("br,br->b", r, r) < WILD**2).all():  # NaN too
+    if not (np.einsum("br,br->b", r, r) < WILD**2).all():  # else no number is wild, nor NaN
         r = np.nan_to_num(np.clip(r, -WILD, WILD), nan=WILD)
     return r
 

@@ -69,15 +69,21 @@ def jumps(start: TimeFit) -> list[Effect]:
         return []
     known, found = _sought(start, takes, lambda gain: True)
     known, found = _moved(known, found, takes)
-    if not any(known) or _whole(found, known) != known:
+    if _are_none(known, takes) or _whole(found, known) != known:
         known, found = _less_others(start, *_sought(start, takes, lost_frames.is_whole), takes)
         known, _ = _less_others(start, *_moved(known, found, takes), takes)
-    return [lost_frames.lost(known, takes)] if any(known) else []
+    return [] if _are_none(known, takes) else [lost_frames.lost(known, takes)]
+
+
+def _are_none(known: tuple, takes: tuple) -> bool:
+    """Whether there is no jump, or a take has more than a recording may have."""
+    return not any(known) or any(map(lost_frames.too_many, known, takes))
 
 
 def _sought(start: TimeFit, takes: tuple, is_one) -> tuple[tuple, TimeFit]:
     """The jumps that the residuals show one after another, of those whose frames are such as
-    `is_one` wants, and the fit with them; none where there are more than a recording may have.
+    `is_one` wants, and the fit with them; none where there are twice as many as a recording may
+    have, for two may yet turn out to be one.
     """
     none = ((),) * len(takes), start
     known, found = none
@@ -90,7 +96,8 @@ def _sought(start: TimeFit, takes: tuple, is_one) -> tuple[tuple, TimeFit]:
         if not any(gain for own in more for _, gain in own):
             break
         known = _gathered(known, more, takes)
-        if any(map(lost_frames.too_many, known, takes)):
+        pairs = zip(known, takes, strict=True)
+        if any(lost_frames.too_many(own, data, 2 * lost_frames.MOST) for own, data in pairs):
             return none
         found = _with_jumps(start, known, takes)
     return known, found

@@ -1,7 +1,9 @@
-"""Independent work on two cores: this process and a forked child take piece after piece.
+"""Independent work on two cores: this process and a forked child take part after part.
 
 Only where forking is safe and a core is free: on Linux, in a process of one thread that is not
-Blender. Elsewhere one piece follows the other, with the same result.
+Blender. Elsewhere one job follows the other, with the same result but for its last digits, for what
+goes in step is worked out in other batches. Work that is shared shares none of itself: which
+process is done first must not matter.
 """
 
 import ctypes
@@ -18,20 +20,21 @@ from .handover import Known
 from .in_step import in_step
 
 ALONE = "RINGDOWN_ALONE"  # an environment variable; set, it keeps all work in one process
-MOST = 255  # pieces; more follow one another
+MOST = 255  # jobs; more follow one another
 PART = 4  # jobs that go in step where there are many
 JOB, SHARE = 20.0, 0.25  # what a job costs beside its strides; what its own add to others' alike
 GOING = 0.02  # s that an ended thread is waited for
 DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG
 
 _children: set[int] = set()  # not waited for yet
+_sharing: list[bool] = []  # while this process does its share of some work
 
 
 def in_step_by_parts(jobs: list[Callable[[], object]], *, strides=None) -> list:
     """As `side_by_side`, of a few parts, the jobs of a part in step.
 
     strides: how many steps a job makes; those of alike jobs are made as one, so these stay
-    together. By default every other job goes to the same part.
+    together. By default all are alike.
     """
     if len(jobs) < 2 or not _may_fork():
         return in_step(jobs)
@@ -68,20 +71,24 @@ def _halves(strides: list[float]) -> tuple[list[int], list[int]]:
 
 
 def side_by_side(jobs: list[Callable[[], object]]) -> list:
-    """What each of the `jobs` returns, in their order; see `handover` for what that may be."""
+    """What each of the `jobs` returns, in their order; see `handover` for what that may be.
+
+    A job changes no array that was there before: what comes back of it would be the old one.
+    """
     if not 1 < len(jobs) <= MOST or not _may_fork():
         return [job() for job in jobs]
+    known = Known(jobs)
     tickets, issue = os.pipe()
     os.write(issue, bytes(range(len(jobs))))
     os.close(issue)
     try:
-        known = Known(jobs)
         child, reader = _fork(lambda: _share(jobs, tickets), known)
     except OSError:  # no process to be had
         os.close(tickets)
         return [job() for job in jobs]
     try:
-        done = {n: jobs[n]() for n in _taken(tickets)}
+        with _by_itself():
+            done = _share(jobs, tickets)
     except BaseException:
         _drop(child, reader)
         raise
@@ -98,8 +105,8 @@ def meanwhile(job: Callable[[], object]):
     if not _may_fork():
         yield job
         return
+    known = Known([job])
     try:
-        known = Known([job])
         child, reader = _fork(job, known)
     except OSError:
         yield job
@@ -119,8 +126,18 @@ def meanwhile(job: Callable[[], object]):
             _drop(child, reader)
 
 
+@contextmanager
+def _by_itself():
+    """Meanwhile this process forks no further child, as its child does not."""
+    _sharing.append(True)
+    try:
+        yield
+    finally:
+        _sharing.pop()
+
+
 def _may_fork() -> bool:
-    if sys.platform != "linux" or "bpy" in sys.modules or os.environ.get(ALONE):
+    if sys.platform != "linux" or "bpy" in sys.modules or os.environ.get(ALONE) or _sharing:
         return False
     busy = 1 + sum(map(_is_at_work, _children))
     return len(os.sched_getaffinity(0)) > busy and _is_one_thread()

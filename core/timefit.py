@@ -165,7 +165,7 @@ def _search(p, bounds, end: tuple[int, float, float]):
     evaluations, enough, close = end
     r, jacobian = yield p
     cost, damping, refused, flat = r @ r, 1e-3, np.inf, 0
-    normal, slope, scale = _normal(jacobian, r)
+    normal, slope, scale = _scaled(jacobian, r)
     for _ in range(evaluations):
         stuck = ((p <= low + 1e-12) & (slope > 0)) | ((p >= high - 1e-12) & (slope < 0))
         H = normal + damping * np.eye(len(p))
@@ -177,7 +177,7 @@ def _search(p, bounds, end: tuple[int, float, float]):
         if after @ after < cost:
             gain, p, r, jacobian = cost - after @ after, trial, after, tangent
             cost, damping, refused, flat = r @ r, damping / 8, np.inf, 0
-            normal, slope, scale = _normal(jacobian, r)
+            normal, slope, scale = _scaled(jacobian, r)
             if gain < max(enough * cost + 0.05, close):
                 break
         else:
@@ -190,8 +190,10 @@ def _search(p, bounds, end: tuple[int, float, float]):
     return p, jacobian, cost
 
 
-def _normal(jacobian: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(p, p) normal matrix of unit diagonal, (p,) slope, and by what (p,) both are scaled."""
+def _scaled(jacobian: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(p, p) normal matrix with ones on its diagonal, (p,) slope, and by what (p,) both are scaled;
+    where the residuals do not depend on a parameter there is a nought.
+    """
     normal = jacobian.T @ jacobian
     scale = np.sqrt(np.diag(normal))
     scale = np.where(scale > 0, scale, 1.0)

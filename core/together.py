@@ -73,8 +73,8 @@ def _beside(start: TimeFit, ranked: list[Candidate], known: dict):
     for single in first:
         before = known.get(single.found, ())
         again = [replace(judge(c.names, c.found, start), outdone=c.outdone) for c in before]
-        # as `worth` has it of what is sought here
-        able = [c for c in again if not (c.share < TELLS and c.held_share < TELLS)]
+        # of what is sought here `worth` leaves out the like
+        able = [c for c in again if c.found.law.effects[-1].clock or not c.share < TELLS]
         beside.append((single, able))
     beside += _with_jumps(start, [single for single in strong if single not in first])
     found = [

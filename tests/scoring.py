@@ -6,6 +6,10 @@ import numpy as np
 
 MOST = 1.1  # held-out error over that of the true model refitted, at most
 SHOWN = 1.5  # declared-model error over the floor from which an effect counts as shown
+FAILED = (
+    "planted", "seed", "object", "ratio", "found", "twins named",
+    "held-out error before, after, noise", "refitted", "E off by",
+)  # fmt: skip
 
 
 def mark(truth: dict, report: dict, before: float | None = None) -> dict:
@@ -170,7 +174,9 @@ def confusion(marks: list) -> list:
 
 
 def is_as_planted(m: dict) -> bool:
-    """Whether a case is called what it is, with no more than a tenth above the noise left."""
+    """Whether a case gets its verdict and, first, its name, or both of two; where it is explained,
+    with no more than a tenth above the noise left.
+    """
     if m["group"] == "single" and m["ratio"] < SHOWN:  # does not show
         return True
     if m["group"] == "absent":
@@ -182,35 +188,19 @@ def is_as_planted(m: dict) -> bool:
 
 
 def failed(marks: list) -> list:
-    """Rows (planted, seed, object, ratio, found, twins, errors, refitted, modulus) of the cases
-    that are not as planted.
-    """
-
-    def row(m):
-        names = " + ".join(m["named"]) or m["verdict"]
-        found = f"({names})" if m["named"] and m["verdict"] == "unexplained" else names
-        errors = ", ".join(f"{m[key]:.3f}" for key in ("before", "after", "floor"))
-        own = "-" if m.get("refitted") is None else f"{m['refitted']:.3f}"
-        twins, off = ", ".join(m["twins"]) or "-", f"{m['modulus_error']:+.1%}"
-        return (
-            m["kind"],
-            m["seed"],
-            m["object"],
-            f"{m['ratio']:.1f}",
-            found,
-            twins,
-            errors,
-            own,
-            off,
-        )
-
-    return [row(m) for m in marks if not is_as_planted(m)]
+    """Rows, headed by `FAILED`, of the cases that are not as planted."""
+    return [_row(m) for m in marks if not is_as_planted(m)]
 
 
-FAILED = (
-    "planted", "seed", "object", "ratio", "found", "twins named",
-    "held-out error before, after, noise", "refitted", "E off by",
-)  # fmt: skip
+def _row(m: dict) -> tuple:
+    names = " + ".join(m["named"]) or m["verdict"]
+    found = f"({names})" if m["named"] and m["verdict"] == "unexplained" else names
+    errors = ", ".join(f"{m[key]:.3f}" for key in ("before", "after", "floor"))
+    refitted = "-" if m.get("refitted") is None else f"{m['refitted']:.3f}"
+    return (
+        m["kind"], m["seed"], m["object"], f"{m['ratio']:.1f}", found, ", ".join(m["twins"]) or "-",
+        errors, refitted, f"{m['modulus_error']:+.1%}",
+    )  # fmt: skip
 
 
 def table(head: tuple, rows: list) -> str:

@@ -11,8 +11,8 @@ import numpy as np
 
 from .base import Effect, Parameter
 
-MOST = 6  # jumps that are looked for; a recording with more is not worth mending
-MUCH = 0.25  # of a take that may be gone
+MOST = 6  # jumps that are looked for at a time; a recording with more is not worth mending
+MUCH = 0.25  # of a take, that its jumps may add up to
 SURE = 30.0  # least gain in chi2 of one more jump, over the misfit per sample
 EDGE = 4  # samples at either end that cannot tell
 WHOLE = 0.3  # frames by which what is left of a jump may differ from none
@@ -50,10 +50,12 @@ def gathered(jumps, more, frame: float) -> tuple[tuple[float, float], ...]:
     return tuple(sorted((when, gain) for when, gain in total.values() if abs(gain) > 1e-9))
 
 
-def too_many(jumps, data) -> bool:
-    """Whether a take (Channels) with so many jumps, or so large ones, is not worth mending."""
-    gone = sum(abs(gain) for _, gain in jumps)
-    return len(jumps) > MOST or gone > MUCH * (data.time[-1] - data.time[0])
+def too_many(jumps, data, most: int = MOST) -> bool:
+    """Whether a take (Channels) with more than so many jumps, or so large ones, is not worth
+    mending.
+    """
+    total = sum(abs(gain) for _, gain in jumps)
+    return len(jumps) > most or total > MUCH * (data.time[-1] - data.time[0])
 
 
 def is_whole(frames: float) -> bool:

@@ -33,6 +33,32 @@ def test_youngs_modulus_is_found_within_some_per_cent(records):
     assert max(abs(r["modulus_error"]) for r in records if r["modulus_counts"]) < 0.06
 
 
+RECORD = {
+    "kind": "relaxation", "group": "single", "seed": 1, "object": "bar", "ratio": 3.0,
+    "planted": ["relaxation"], "right": ["relaxation"], "named": ["relaxation"], "twins": [],
+    "wanted": "explained", "verdict": "explained", "before": 0.9, "after": 0.1, "floor": 0.1,
+    "modulus_error": 0.01,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("change", "failed"),
+    [
+        ({}, False),
+        ({"named": ["contact"]}, True),
+        ({"named": ["contact"], "ratio": 1.2}, False),  # does not show
+        ({"verdict": "unexplained"}, True),
+        ({"after": 0.12}, True),
+        ({"group": "two", "right": ["relaxation", "contact"]}, True),
+        ({"group": "null", "right": [], "named": [], "verdict": "adequate"}, False),
+        ({"group": "absent", "right": [], "wanted": "unexplained"}, True),
+    ],
+)
+def test_cases_that_are_not_as_planted_are_told(change, failed):
+    rows = scoring.failed([RECORD | change])
+    assert len(rows) == failed and all(len(row) == len(scoring.FAILED) for row in rows)
+
+
 @pytest.mark.skipif(
     not os.environ.get("RINGDOWN_WHOLE_SUITE"),
     reason="takes an hour or more; set RINGDOWN_WHOLE_SUITE, or run python tests/suite.py",

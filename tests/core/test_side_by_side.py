@@ -16,6 +16,7 @@ import pytest
 from core import side_by_side as where
 from core.effects import TIME_EFFECTS
 from core.effects.further_mode import further_mode
+from core.handover import Known
 from core.in_step import asked
 from core.side_by_side import in_step_by_parts, meanwhile, side_by_side
 from core.time_layer import singles
@@ -33,6 +34,15 @@ def forked(monkeypatch):
     monkeypatch.setattr(where, "_may_fork", lambda: FORKED)
     yield FORKED
     assert not where._children
+
+
+@pytest.fixture
+def two_cores(monkeypatch):
+    """Whatever is here: two cores, one thread, and no Blender."""
+    monkeypatch.delenv(where.ALONE, raising=False)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda pid: {0, 1})
+    monkeypatch.setattr(os, "listdir", lambda path: ["one"])
+    monkeypatch.setattr(sys, "modules", {k: v for k, v in sys.modules.items() if k != "bpy"})
 
 
 @pytest.mark.skipif(FORKED or sys.platform != "linux", reason="no fork here, or it is this one")
@@ -96,6 +106,19 @@ def test_a_function_comes_with_what_it_encloses(forked):
         assert same is own
 
 
+@alone
+@pytest.mark.parametrize("slow", [0, 1])
+def test_what_goes_in_step_depends_on_no_timing(two_cores, slow):
+    """Work that is shared shares none of itself, whichever process is done first."""
+
+    def job(n):
+        time.sleep(0.3 * (n == slow))
+        return in_step_by_parts([lambda: asked(0, lambda some: [len(some)] * len(some))] * 4)
+
+    assert where._may_fork()
+    assert in_step_by_parts([partial(job, n) for n in range(2)]) == [[4] * 4] * 2
+
+
 def test_what_was_there_before_is_the_same_object_after(forked):
     found = declared(channels(moved()))
 
@@ -109,6 +132,30 @@ def test_what_was_there_before_is_the_same_object_after(forked):
     for effect, (_, one) in zip(effects, out, strict=True):
         assert one.law.effects[0] is effect and one.law.takes[0] is found.law.takes[0]
         assert one.law.setting is found.law.setting and one.jacobian is found.jacobian
+
+
+def test_what_was_there_is_known_wherever_it_is():
+    own, key, inner = np.zeros(3), declared(channels(moved())), np.ones(2)
+
+    def job(*, by_name=own):
+        return by_name
+
+    known = Known([job, {key: 0}, [SimpleNamespace], partial(max, inner)])
+    assert all(id(one) in known.objects for one in (own, key, inner, job))
+    assert known.unpacked(known.packed({key: [own, inner]}))[key][0] is own
+
+
+def test_what_a_diagnosis_shares_can_be_handed_over():
+    """Where it could not, the other process would do it once more, and nobody would notice."""
+    found = declared(channels(moved(Rub(0.05, 0.02))))
+    known = Known([found])
+    ranked = singles(found)[0]
+    again = known.unpacked(known.packed(ranked))
+    for one, other in zip(ranked, again, strict=True):
+        assert one.names == other.names and one.found.law.takes[0] is other.found.law.takes[0]
+        assert one.found.parameters == pytest.approx(other.found.parameters, rel=0)
+        effect, same = one.found.law.effects[-1], other.found.law.effects[-1]
+        assert effect is same if effect in TIME_EFFECTS else effect.name == same.name
 
 
 def test_an_effect_that_a_child_made_does_what_it_did_there(forked):
@@ -197,11 +244,7 @@ def test_where_no_process_is_to_be_had_one_does_it_all(monkeypatch):
 
 
 @alone
-def test_there_are_no_more_processes_than_cores(monkeypatch):
-    monkeypatch.delenv(where.ALONE, raising=False)
-    monkeypatch.setattr(os, "sched_getaffinity", lambda pid: {0, 1})
-    monkeypatch.setattr(os, "listdir", lambda path: ["one"])
-    monkeypatch.setattr(sys, "modules", {k: v for k, v in sys.modules.items() if k != "bpy"})
+def test_there_are_no_more_processes_than_cores(two_cores):
     with meanwhile(lambda: time.sleep(60)):
         assert not where._may_fork()
     assert where._may_fork()

@@ -40,7 +40,7 @@ from core.simulate import COARSE, swing
 from core.sufficiency import AHEAD, ENOUGH, counts_second, owes, strays, sufficient
 from core.tell import parameters
 from core.time_layer import judge
-from core.timefit import best_fit, extend, fit, misfits, screen, sharp
+from core.timefit import _gauged, best_fit, extend, fit, misfits, screen, sharp
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
 
 RATE, SECONDS, NOISE = 120, 4.0, 0.01 * AMPLITUDE
@@ -190,6 +190,16 @@ def test_of_jumps_those_that_are_of_whole_frames_are_lost_ones():
     assert gained[-1] * RATE == pytest.approx(2)
 
 
+def test_as_many_jumps_as_a_recording_may_have_are_found():
+    """Misplaced at first, they take more jumps to mend than there are."""
+    places, frames = np.array([114, 142, 224, 300, 323, 391]), np.array([1, 2, 2, 3, 3, 2])
+    lost = (np.arange(len(TIME))[:, None] >= places) @ frames
+    kept = np.arange(len(TIME)) + lost
+    values = moved()[kept[kept < len(TIME)]]
+    (effect,) = jumps(declared(channels(values, time=TIME[: len(values)])))
+    assert effect.report(None, None, None)["frames"] == frames.sum()
+
+
 def test_where_no_frame_is_whole_no_jump_is_read():
     values = moved()
     values[::2, 0] = values[1::2, 1] = np.nan
@@ -202,6 +212,16 @@ def test_a_clock_is_sought_to_its_end_though_it_gains_nothing_where_it_was_fitte
     late = lost_frames.lost((((take.time[-20], take.frame),),), found.law.takes)
     tries = [tried(found, large_amplitude.EFFECT), Try(found, np.zeros(1), late, [()])]
     assert [one.effect for one in going_on(tries)] == [large_amplitude.EFFECT, late]
+
+
+def test_starts_are_scaled_alike_one_by_one_and_together():
+    found = declared(channels(moved()))
+    P = found.parameters * np.array([[1.0], [0.7]])
+    both = _gauged(found.law, P)
+    assert both == pytest.approx(np.vstack([_gauged(found.law, p[None]) for p in P]))
+    a = found.law.sizes()[0]
+    assert both[0, a:] == pytest.approx(found.parameters[a:], rel=1e-3)
+    assert abs(both[1, a] / P[1, a] - 1) > 0.1
 
 
 @pytest.mark.parametrize("condition", [(0, 0), (0, 1)])
@@ -222,6 +242,7 @@ def test_the_best_of_two_starts_is_found_whichever_comes_first():
     both = best_fit(law, starts)
     alone = [fit(law, p).chi2 for p in starts]
     assert min(alone) < 0.5 * max(alone)
+    # sums of other batches differ in their last digits
     assert both.chi2 == pytest.approx(min(alone), rel=1e-6)
     assert best_fit(law, starts[::-1]).chi2 == pytest.approx(min(alone), rel=1e-6)
 
@@ -662,7 +683,7 @@ def test_what_is_off_ahead_of_a_quiet_fit_is_sought():
         chi2=0.97 * found.samples,
         predicted=(found.predicted[0] + 2 * NOISE * held[:, None],),
     )
-    told = _add_second(((None, before),), [judge(("contact",), off, before)], (), 0.1, {})
+    told, _ = _add_second(((None, before),), [judge(("contact",), off, before)], (), 0.1)
     assert told.verdict == "explained"
     assert told.effects[0].names == ("contact",)
 
