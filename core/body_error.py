@@ -3,10 +3,10 @@
 import numpy as np
 
 from .compare import Hypothesis
-from .diagnosis import Verdict
 from .ground import Ground
 from .match import mac
 from .residual import Error, error_of
+from .verdict import Verdict
 
 BENT = 0.95  # MAC below which a computed shape is not the measured one
 SHOWN = 1.5  # times the error of free modes, from which the body's pitches and shapes show

@@ -9,7 +9,6 @@ from scipy.stats import t as student_t
 
 from .dac import SURE
 from .data import poles
-from .diagnosis import MATERIAL, Verdict
 from .effects import perspective, rolling_shutter
 from .effects.partner import is_of
 from .effects.rolling_shutter import Ellipse
@@ -20,6 +19,8 @@ from .near_camera import rest_places
 from .report import estimate
 from .residual import Error, error_of, errors, motion_rms
 from .tell import inflation
+from .time_layer import MATERIAL
+from .verdict import Verdict
 
 WHOLE = 1.1  # of a frame that a camera's readout takes at most, its clock being a little off
 MORE = 1.2  # of the error, held out or fitted, that is left without a folded mode that shows

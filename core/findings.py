@@ -10,7 +10,6 @@ from .body_error import body_error, leaves, mends, misleads
 from .camera_layer import camera_effects
 from .compare import PIECES, Hypothesis, Measured
 from .dac import SURE
-from .diagnosis import Verdict
 from .ground import Ground, creeps, ground_of, moved, softer
 from .joint import Heard
 from .match import PAIR
@@ -21,6 +20,7 @@ from .stranger import strangers, told
 from .sufficiency import ASTRAY, gained, strays
 from .turned import weighs
 from .unmatched import acts
+from .verdict import Verdict
 
 DOUBT = 1e-3  # chance below which pitches and shapes do not fit the declared body
 SLIGHT = 0.01  # of the motion, rms, and of a pitch, up to which what acts in time is a trifle

@@ -9,7 +9,6 @@ from .body import Body
 from .camera_layer import true_frequency
 from .channels import Channels
 from .compare import PITCH_FLOOR, SHAPE_FLOOR, Hypothesis, Measured, compare, rematched
-from .diagnosis import Verdict
 from .effects import relaxation, split_modes
 from .elasticity import gravity_force, static
 from .joint import Heard
@@ -17,6 +16,7 @@ from .law import TimeFit, replace
 from .match import PAIR
 from .tell import as_fitted, inflation, parameters
 from .unmatched import further_modes, of_the_body, unfolded_mode
+from .verdict import Verdict
 
 UNSURE = 2.0  # of a pitch's standard deviation, by which it is off: a faint pole may be two modes
 SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape

@@ -16,7 +16,7 @@ from .camera_layer import true_frequency, unfold
 from .case import read_case
 from .dac import apparent, material
 from .data import Case, ElasticModel, Motion, TetMesh, replace
-from .diagnosis import Verdict, diagnose
+from .diagnosis import diagnose
 from .effects import mesh_stiffening, split_modes
 from .elasticity import add_loads
 from .findings import Findings, examine
@@ -40,6 +40,7 @@ from .tell import (
     told_without,
 )
 from .tets import kept_or_cut, key, save_tets
+from .verdict import Verdict
 from .weight import carries_weight, with_weight
 
 ELEMENTS = 1500  # tetrahedra, where none are asked for

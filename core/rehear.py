@@ -4,13 +4,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .diagnosis import Verdict
 from .effects.base import Effect
 from .joint import SHOWN, Heard, nearby
 from .law import TimeFit, replace
 from .residual import NOISY, errors, excess
 from .settle import moves_its_way
 from .timefit import as_it_stands, fit
+from .verdict import Verdict
 
 STIRRED = 0.3  # of the first mode's start, from which its own is sought
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from .diagnosis import Verdict
 from .ground import Ground
 from .unmatched import further_modes
+from .verdict import Verdict
 
 AUDIBLE = 0.01  # of the strongest mode's motion, rms, from which a further mode is asked after
 STRANGE = 0.05  # relative, from every pitch that the body has: no error of a mesh is that large

@@ -9,7 +9,6 @@ from scipy.linalg import block_diag
 from .advice import advise
 from .dac import SURE
 from .data import Estimate
-from .diagnosis import Verdict, probabilities
 from .effects import DAMPING, MODAL_EFFECTS, perspective
 from .effects.base import Setting
 from .joint import Heard
@@ -17,6 +16,7 @@ from .law import TimeFit, unpack
 from .match import ACROSS, likeness
 from .report import estimate, estimate_of
 from .residual import Error, errors, noise_share
+from .verdict import Verdict, probabilities
 
 CLEARLY = 0.8  # MAC from which a shape is clearly a computed one's
 UNSURE = 10.0  # relative standard deviation of a size, at most

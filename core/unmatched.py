@@ -7,13 +7,13 @@ from scipy.stats import beta
 
 from .baseline import real_shapes
 from .camera_layer import true_frequency
-from .diagnosis import Verdict
 from .effects import split_modes
 from .effects.aliasing import is_folded, unfolded
 from .effects.further_mode import is_a_mode, of_take, pitch_of
 from .joint import Heard
 from .law import TimeFit, replace
 from .match import CHANCE, PAIR, SURE, dies_alike, likeness
+from .verdict import Verdict
 
 LOUD = 0.3  # of the strongest mode's motion, rms, from which one that was not matched counts
 OWN = 0.4  # likeness to a computed mode from which a fainter one does too

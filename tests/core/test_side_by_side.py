@@ -69,7 +69,7 @@ def test_results_come_in_the_order_of_the_jobs(forked):
     assert all((values == n).all() for _, n, _, values in out)
 
 
-def test_halves_go_in_step_and_come_in_order(forked):
+def test_parts_go_in_step_and_come_in_order(forked):
     sizes = []
 
     def answer(questions):
@@ -285,7 +285,7 @@ def test_two_processes_find_what_one_finds(monkeypatch):
         assert one.evidence == pytest.approx(other.evidence, rel=1e-9)
 
 
-def test_jobs_of_alike_strides_share_a_piece_where_that_costs_less():
+def test_jobs_of_alike_strides_share_a_part_where_that_costs_less():
     """What marches as one costs its steps once; as many jobs without a march are dealt out."""
     assert sorted(map(sorted, where._halves([16, 64, 16, 64]))) == [[0, 2], [1, 3]]
     assert sorted(map(len, where._halves([0] * 6))) == [3, 3]

@@ -1,0 +1,99 @@
+"""What two effects found together say, each of them beside the other."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from .exchange import exchanged
+from .foils import is_broken, weakens, weakens_rather
+from .ready import polished, to_their_end
+from .refit import turned
+from .sufficiency import ENOUGH_BOTH, beats_single, one_of, strays, sufficient
+from .time_layer import Candidate, judge, vetoed
+from .together import pairs
+from .verdict import Verdict, partly, twins_of
+
+
+def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
+    """What two effects found together say, or the one of them that does without the other.
+
+    candidates: single effects: all, those that may be there alone, and the strong ones; and what
+    was sought beside some already, as `pairs` has it.
+    """
+    declared, (able, ranked, strong, known) = chain[0][1], candidates
+    others = [c for c in able if c.outdone or c not in ranked]
+    beam = sorted([*strong, *others], key=lambda c: -c.evidence)
+    found = exchanged(to_their_end(pairs(declared, beam, known), declared), declared)
+    found = polished(found, declared, widen)
+    both = _stand([c for c in found if sufficient(c, ENOUGH_BOTH)])
+    if both and is_broken(declared, both[0]):
+        return Verdict("unexplained", chain, (), (), ranked, ())
+    least = strong[0].evidence if strong else 0.0
+    one = one_of(declared, both[0].found, over, least) if both else None
+    if one and weakens(declared, one):
+        return partly(chain, one, strong, ranked)
+    if one:
+        return Verdict(
+            "explained",
+            (*chain, (one.names[0], one.found)),
+            (one,),
+            (twins_of(one, strong),),
+            ranked,
+            (),
+        )
+    nearly = _stand([c for c in found if sufficient(c, ENOUGH_BOTH, nearly=True)])
+    if both:
+        # where the best itself is off ahead, being so tells nothing against its rivals
+        rivals = nearly if strays(both[0].found) else both
+        return unless_it_weakens(_two(chain, both[0], rivals, ranked, able), able)
+    if nearly and beats_single(nearly[0], strong, over):
+        return replace(_two(chain, nearly[0], nearly, ranked, able), verdict="unexplained")
+    part = [c for c in strong[:1] if c.share > 0.3 and not c.held_share < 0.3]
+    if part:
+        return partly(chain, part[0], strong, ranked)
+    return Verdict("unexplained", chain, (), (), ranked, ())
+
+
+def unless_it_weakens(verdict: Verdict, able: list[Candidate]) -> Verdict:
+    """The verdict; a plain rub as a part where two effects stand in for one that weakens."""
+    rubs = [c for c in able if c.names == ("dry_friction",)]
+    named = [name for name, _ in verdict.chain]
+    if len(verdict.effects) < 2 or "dry_friction" not in named or not rubs:
+        return verdict
+    declared = verdict.chain[0][1]
+    if not weakens_rather(declared, verdict.final, rubs[0]):
+        return verdict
+    return partly(verdict.chain[:1], rubs[0], [], verdict.ranked)
+
+
+def _stand(found: list[Candidate]) -> list[Candidate]:
+    """The candidates of two effects from the first on where each is one beside the other."""
+    while found and (vetoed(found[0].found) or vetoed(turned(found[0].found))):
+        found = found[1:]
+    return found
+
+
+def _two(chain, best: Candidate, rivals: list[Candidate], ranked, able: list) -> Verdict:
+    """Two effects found together, the one that does more alone first.
+
+    `rivals`: candidates of two effects that may be its twins. `able`: single effects, those
+    included that a plainer one outdoes as long as they are alone.
+    """
+    alone = {c.names[0]: c for c in able}
+    names = sorted(best.names, key=lambda n: -alone[n].evidence if n in alone else 0)
+    declared = chain[0][1]
+    middle = alone[names[0]].found if names[0] in alone else best.found
+    chain += ((names[0], middle), (names[1], best.found))
+    twins = tuple(
+        tuple(
+            {
+                n
+                for c in rivals
+                if other in c.names and c.evidence >= 0.9 * best.evidence
+                for n in c.names
+                if n not in names
+            }
+        )
+        for name, other in ((names[0], names[1]), (names[1], names[0]))
+    )
+    effects = tuple(judge((n,), best.found, declared) for n in names)
+    return Verdict("explained", chain, effects, twins, ranked, ())

@@ -1,0 +1,68 @@
+"""What the search for what is missing found, and what comes near it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .effects import DAMPING
+from .law import TimeFit
+from .time_layer import NEARLY, Candidate
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """What the time layer found. `chain[0]` is the declared fit; the last is the final one."""
+
+    verdict: str
+    chain: tuple[tuple[str | None, TimeFit], ...]
+    effects: tuple[Candidate, ...]  # one a found effect, in the order of the chain
+    twins: tuple[tuple[str, ...], ...]  # of each found effect
+    ranked: tuple[Candidate, ...]
+    minor: tuple[tuple[str, float], ...]
+    why: str = ""  # a refusal's reason, and what to film instead
+
+    @property
+    def final(self) -> TimeFit:
+        return self.chain[-1][1]
+
+    @property
+    def laws(self) -> int:
+        """Laws of damping that were found; they come first in the chain."""
+        return sum(name in DAMPING for name, _ in self.chain)
+
+    @property
+    def damped(self) -> TimeFit:
+        """The declared fit, with the law of damping that was found."""
+        return self.chain[self.laws][1]
+
+
+def partly(chain, best: Candidate, strong: list[Candidate], ranked) -> Verdict:
+    """Not explained, but `best` takes its part."""
+    chain += ((best.names[0], best.found),)
+    return Verdict("unexplained", chain, (best,), (twins_of(best, strong),), ranked, ())
+
+
+def twins_of(candidate: Candidate, others) -> tuple[str, ...]:
+    """Names of single effects whose evidence comes near the candidate's."""
+    name = candidate.names[-1]
+    return tuple(
+        c.names[-1]
+        for c in others
+        if c.names[-1] != name
+        and c.evidence >= NEARLY * candidate.evidence
+        and not c.held_share < NEARLY * min(candidate.held_share, 1.0)
+    )
+
+
+def probabilities(ranked, declared: TimeFit) -> list[float]:
+    """Of each candidate, tempered: a misfit's independent pieces are its cycles, not its samples.
+
+    The likelihood of a fit whose own error is unknown falls as its misfit to the power -n/2, with
+    n the cycles of the first mode in the fitted part.
+    """
+    if not ranked:
+        return []
+    cycles = declared.law.setting.omega[0] / (2 * np.pi) * declared.law.setting.duration
+    misfits = np.array([c.found.chi2 for c in ranked])
+    weight = (misfits / misfits.min()) ** (-max(cycles, 4) / 2)
+    return list(weight / weight.sum())
