@@ -7,7 +7,7 @@ import numpy as np
 from .channels import Channels
 from .data import Case, ElasticModel, Modes, Take, TetMesh
 from .effects.gravity_preload import change_model
-from .elasticity import add_loads, assemble, hold, point_operator
+from .elasticity import PLAIN, UNKNOWN, Seat, add_loads, assemble, hold, point_operator
 from .modes import solve_modes
 
 COUNT = 16  # computed modes: more than any recording of a soft body shows
@@ -23,6 +23,7 @@ class Body:
     modes: Modes  # frequencies in Hz at 1 Pa
     markers: object  # csr (3n, 3P): displacement of the markers
     carried: float | None = None  # Pa: Young's modulus at which its weight is in its stiffness
+    seats: tuple[Seat, ...] = UNKNOWN  # how its loads sit, and how else they may
 
     def seen(self, data: Channels, shapes: np.ndarray | None = None) -> np.ndarray:
         """Shapes (m, C) as the channels see them, of `shapes` (P, 3, m) or of the modes."""
@@ -38,19 +39,27 @@ def bare_model(case: Case, mesh: TetMesh, element: str) -> ElasticModel:
     return hold(free, case.surface, case.pinned, case.pin_regions)
 
 
-def laden(model: ElasticModel, take: Take, carried: float | None = None) -> ElasticModel:
+def laden(
+    model: ElasticModel, take: Take, carried: float | None = None, seat: Seat = PLAIN
+) -> ElasticModel:
     """The bare model with the loads of a take and, carried with that modulus (Pa), its weight."""
-    model = add_loads(model, take.loads) if take.loads else model
+    model = add_loads(model, take.loads, seat) if take.loads else model
     return model if carried is None else change_model(model, (*take.gravity, carried))
 
 
-def build_body(case: Case, bare: ElasticModel, take: Take, carried: float | None = None) -> Body:
+def build_body(
+    case: Case,
+    bare: ElasticModel,
+    take: Take,
+    carried: float | None = None,
+    seats: tuple[Seat, ...] = UNKNOWN,
+) -> Body:
     """Loads of a take added, lowest modes solved, markers attached.
 
     carried: Young's modulus (Pa) at which the body's weight counts in its stiffness; None: nowhere.
     """
-    model = laden(bare, take, carried)
+    model = laden(bare, take, carried, seats[0])
     count = min(COUNT, model.free.size - 1)
     places = np.array([m.position for m in case.takes[0].recording.markers])
     modes = solve_modes(model, count)
-    return Body(case, bare, model, modes, point_operator(model, places), carried)
+    return Body(case, bare, model, modes, point_operator(model, places), carried, seats)

@@ -3,6 +3,8 @@
 Displacements u are (P, 3) m or flattened (3P,), x0 y0 z0 x1 ...
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
@@ -118,18 +120,24 @@ def loose_motions(model: ElasticModel) -> int:
     return {0: 3, 1: 1, 2: 0}[int(spread.sum())]
 
 
-def add_loads(
-    model: ElasticModel, loads: tuple[Load, ...], *, width: float = 1.0, over_foot: bool = True
-) -> ElasticModel:
-    """The body with lumped masses fixed to it: M + Σ m NᵀN, N the mean motion under the load.
+@dataclass(frozen=True)
+class Seat:
+    """How lumped masses sit, which a case does not say."""
 
-    `width` scales the patch that a load sits on. Not `over_foot`: a load sits in the middle of its
-    patch, which beside an edge is not quite where it was said to be.
-    """
+    width: float  # of the patch under a mass, over the radius of a ball of that mass
+    over_foot: bool  # reaching over an edge to where it was said to be, not in its patch's middle
+
+
+PLAIN = Seat(1.0, True)
+UNKNOWN = (PLAIN, Seat(0.5, True), Seat(1.0, False))  # what is assumed, and what may be as well
+
+
+def add_loads(model: ElasticModel, loads: tuple[Load, ...], seat: Seat = PLAIN) -> ElasticModel:
+    """The body with lumped masses fixed to it: M + Σ m NᵀN, N the mean motion under the load."""
     mass = model.mass
     for load in loads:
-        radius = width * lump_radius(load.mass)
-        N = lump_operator(model, load.position[None], radius, over_foot=over_foot)
+        radius = seat.width * lump_radius(load.mass)
+        N = lump_operator(model, load.position[None], radius, over_foot=seat.over_foot)
         mass = mass + load.mass * (N.T @ N)
     return replace(model, mass=mass.tocsr())
 

@@ -27,6 +27,7 @@ from .outlived import outlived
 from .pair import with_partner
 from .refit import sunk
 from .residual import NOISY, excess
+from .seat import seated
 from .settle import Recorded, amplitudes, astray, beside, moves_its_way, settle, untied
 from .symmetry import is_even, unevenness
 from .timefit import fit
@@ -128,7 +129,7 @@ def nearby(heard: Heard):
 
 
 def _listened(body: Body, find_release) -> tuple[Recorded, tuple]:
-    """The takes and the bodies that they need, and every take's ring-down."""
+    """The takes and the bodies that they need, loads seated, and every take's ring-down."""
     case = body.case
     pairs = [listen(take, find_release) for take in case.takes]
     rings = tuple(ring for _, ring in pairs)
@@ -137,9 +138,12 @@ def _listened(body: Body, find_release) -> tuple[Recorded, tuple]:
     order = list(dict.fromkeys(keys))
     condition = tuple(order.index(key) for key in keys)
     others = [case.takes[keys.index(key)] for key in order[1:]]
-    bodies = (body, *(build_body(case, body.bare, take, body.carried) for take in others))
+    bodies = (
+        body,
+        *(build_body(case, body.bare, take, body.carried, body.seats) for take in others),
+    )
     fitted = [i for i, d in enumerate(takes) if not d.take.held_out]
-    return Recorded(takes, condition, bodies, fitted), rings
+    return seated(Recorded(takes, condition, bodies, fitted), rings), rings
 
 
 def _matches(ground: Recorded, rings: tuple) -> dict[int, Match]:

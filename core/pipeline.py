@@ -18,7 +18,6 @@ from .dac import apparent, material
 from .data import Case, ElasticModel, Motion, TetMesh, replace
 from .diagnosis import diagnose
 from .effects import mesh_stiffening, split_modes
-from .elasticity import add_loads
 from .findings import Findings, examine
 from .joint import Heard, hear, laid_bare
 from .law import TimeFit
@@ -94,10 +93,14 @@ def calibrate_case(
         say(0.42, "Listening")
         return hear(one, find_release)
 
-    heavy = with_weight(body, listened) if carries_weight(body) else None
-    body = heavy.body if heavy else body
+    early = None  # where the body is not known before it was heard
+    if carries_weight(body):
+        early = with_weight(body, listened)
+    elif case.takes[0].loads:
+        early = listened(body)
+    body = early.body if early else body
     with meanwhile(partial(_stiffening, mesh, body)) as converged:
-        heard = heavy or listened(body)
+        heard = early or listened(body)
         far, near = heard, as_seen_nearby(heard, listened)
         heard = near or heard
         say(0.5, "Looking for what the model lacks")
@@ -139,23 +142,19 @@ def _diagnosed(heard: Heard, start: TimeFit | None = None) -> Verdict:
 def _stiffening(mesh: TetMesh, body: Body) -> tuple[np.ndarray, np.ndarray]:
     """How far each eigenvalue lies above the mesh-converged one, and that number's own error.
 
-    How wide a lumped mass sits and where its middle is are not known, so what half that width or
-    a middle on its patch changes is part of the error.
+    How lumped masses sit is not known, so what another way of it changes is part of the error.
     """
     take, modes = body.case.takes[0], body.modes
+    seat, *doubted = body.seats
 
     def build(other: TetMesh, element: str) -> ElasticModel:
-        return laden(bare_model(body.case, other, element), take, body.carried)
+        return laden(bare_model(body.case, other, element), take, body.carried, seat)
 
     limit = converged_eigenvalues(build, mesh, len(modes.frequency))
     stiff, sigma = stiffening(body.model, modes, limit)
     if not take.loads:
         return stiff, sigma
-    others = [
-        add_loads(body.bare, take.loads, width=0.5),
-        add_loads(body.bare, take.loads, over_foot=False),
-    ]
-    others = [laden(other, replace(take, loads=()), body.carried) for other in others]
+    others = [laden(body.bare, take, body.carried, other) for other in doubted]
     doubt = np.max([moved(body.model, modes, other) for other in others], axis=0)
     return stiff, np.hypot(sigma, doubt)
 

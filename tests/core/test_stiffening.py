@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from core.data import Load, Material
-from core.elasticity import add_loads, assemble, hold_points
+from core.elasticity import Seat, add_loads, assemble, hold_points
 from core.elements import ELEMENTS
 from core.modes import solve_modes
 from core.refine import refine
@@ -127,7 +127,8 @@ def test_a_lumped_mass_has_pitches_that_converge_on_any_mesh():
 def test_half_the_width_of_a_lump_moves_no_pitch_without_one_and_some_with_it():
     plain = builder(0.45)(MESH, "p2")
     loaded, narrow = (
-        add_loads(plain, (Load(3.0, np.array([0.6, 0.1, 0.15])),), width=w) for w in (1.0, 0.5)
+        add_loads(plain, (Load(3.0, np.array([0.6, 0.1, 0.15])),), Seat(width, True))
+        for width in (1.0, 0.5)
     )
     assert moved(plain, solve_modes(plain, 4), plain) == pytest.approx(0, abs=1e-6)
     change = moved(loaded, solve_modes(loaded, 4), narrow)

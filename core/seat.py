@@ -1,0 +1,135 @@
+"""How a declared load sits: a case says where it is, and never how wide or how far over an edge.
+
+Law         M + Σ m NᵀN, N the mean motion of a patch; the patch is what is chosen
+Looks like  pitches of the loaded body whose ratios no modulus mends: under a load at a rim the body
+            gives way the more the narrower the load sits, and a pair is parted the more
+Twins       a load of another mass, where one pitch is heard: then it sits as it was assumed to
+Source      Johnson, Contact Mechanics, ch. 3; Craig and Kurdila, Fundamentals of Structural
+            Dynamics, ch. 17 (residual attachment modes)
+"""
+
+import numpy as np
+from scipy.linalg import eigh
+
+from .body import Body, build_body
+from .data import Modes, replace
+from .elasticity import PLAIN, UNKNOWN, Seat, lump_operator, lump_radius
+from .factorization import factorize
+from .match import match_modes, pursue
+from .settle import Recorded
+
+SEATS = (
+    PLAIN,
+    *(Seat(width, True) for width in (0.5, 1.5, 2.0, 3.0)),
+    *(Seat(width, False) for width in (1.0, 1.25, 1.5, 2.0)),
+)
+PITCHES = 3  # heard, at least: a modulus and a seat together mend any two
+LOUD = 0.02  # of the motion, that a pole takes whose pitch is asked
+MOST = 0.1  # that a pitch counts as off, where none computed is near
+OFF = 0.001  # that pitches are off in the mean, less than which asks for no other seat
+TOLD = 0.005  # the same, more than which no seat is told: something else is the matter
+BETTER = 0.5  # of how far off they were, at most, that they are with another seat
+
+
+def seated(ground: Recorded, rings: tuple) -> Recorded:
+    """The same takes of bodies on which loads sit as the pitches ask for, where these tell.
+
+    What sits nearly as well is kept beside it, for the error of what is computed.
+    """
+    asked = {ground.condition[i]: i for i in reversed(ground.fitted)}
+    laden = [c for c, i in asked.items() if ground.takes[i].take.loads]
+    if not laden or any(b.seats != UNKNOWN for b in ground.bodies):
+        return ground
+    seats = told_by_pitches(_heard_pitches(ground, rings, asked))
+    if seats is None:
+        return ground
+    takes = {c: data.take for c, data in zip(ground.condition, ground.takes, strict=True)}
+    bodies = [
+        build_body(body.case, body.bare, takes[c], body.carried, seats) if takes[c].loads else body
+        for c, body in enumerate(ground.bodies)
+    ]
+    return replace(ground, bodies=tuple(bodies))
+
+
+def told_by_pitches(off: dict[Seat, dict]) -> tuple[Seat, ...] | None:
+    """The seat with which the pitches are right, and those that do nearly as well; None where the
+    assumed one does, or none does.
+
+    off: per seat and pole how much of the motion the pole takes and the logarithm of its pitch
+    over the computed one, whatever the modulus; a pole that no computed mode is like is not there.
+    """
+    gains = {p: gain for told in off.values() for p, (gain, _) in told.items() if gain > LOUD}
+    if len(gains) < PITCHES:
+        return None
+    wrong = {seat: _astray(gains, told) for seat, told in off.items()}
+    order = sorted(wrong, key=wrong.get)
+    least = wrong[order[0]]
+    if least > TOLD or wrong[PLAIN] < max(OFF, least / BETTER):
+        return None
+    return tuple(s for k, s in enumerate(order) if k < 2 or wrong[s] < least + OFF)
+
+
+def _astray(gains: dict, told: dict) -> float:
+    """How far the pitches are off in the mean, with the modulus that mends most of them."""
+    known = sorted((told[p][1], gain) for p, gain in gains.items() if p in told)
+    if not known:
+        return MOST
+    log, weight = np.array(known).T
+    middle = log[np.searchsorted(np.cumsum(weight), weight.sum() / 2)]
+    lost = sum(gains.values()) - weight.sum()
+    off = (weight * np.minimum(np.abs(log - middle), MOST)).sum() + lost * MOST
+    return float(off / sum(gains.values()))
+
+
+def _heard_pitches(ground: Recorded, rings: tuple, asked: dict[int, int]) -> dict[Seat, dict]:
+    """What `told_by_pitches` asks for; a pole by its condition and its place in the ring-down."""
+    out = {seat: {} for seat in SEATS}
+    for c, i in asked.items():
+        data, ring, body = ground.takes[i], rings[i], ground.bodies[c]
+        fitted = data.fit
+        chase = pursue(ring, data.time[fitted], data.values[fitted], data.sigma, late=data.late)
+        gain = dict(zip(chase[0], chase[2], strict=True))
+        modes = on_seats(body, data.take.loads) if data.take.loads else {}
+        for seat, told in out.items():
+            own = modes.get(seat, body.modes)
+            match = match_modes(
+                ring, chase, own.frequency, body.seen(data, own.shapes), 1 / data.frame
+            )
+            told |= {
+                (c, p): (gain[p], float(np.log(ring.frequency[p] / own.frequency[j])))
+                for p, j in zip(match.poles, match.modes, strict=True)
+                if j is not None
+            }
+    return out
+
+
+def on_seats(body: Body, loads: tuple) -> dict[Seat, Modes]:
+    """The body's lowest modes with the loads on each seat: its own ones and what gives under the
+    loads span them all.
+    """
+    model, free = body.model, body.model.free
+    operators = {
+        seat: [
+            lump_operator(model, load.position[None], seat.width * lump_radius(load.mass),
+                          over_foot=seat.over_foot)[:, free]
+            for load in loads
+        ]
+        for seat in SEATS
+    }  # fmt: skip
+    points = np.repeat(model.points, 3, axis=0)[free]
+    K = model.stiffness[free][:, free]
+    pushes = np.hstack([N.toarray().T for seat in operators.values() for N in seat])
+    own = body.modes.shapes.reshape(-1, body.modes.shapes.shape[2])[free]
+    span, _ = np.linalg.qr(np.hstack([own, factorize(K, points).solve(pushes)]))
+    stiff, heavy = span.T @ (K @ span), span.T @ (body.bare.mass[free][:, free] @ span)
+    out, count = {}, own.shape[1]
+    for seat, each in operators.items():
+        pressed = [(load.mass, N @ span) for load, N in zip(loads, each, strict=True)]
+        mass = heavy + sum(m * N.T @ N for m, N in pressed)
+        squares, turn = eigh(stiff, mass, subset_by_index=[0, count - 1])
+        shapes = np.zeros((3 * len(model.points), count))
+        shapes[free] = span @ turn
+        out[seat] = Modes(
+            np.sqrt(np.clip(squares, 0, None)) / (2 * np.pi), shapes.reshape(-1, 3, count)
+        )
+    return out

@@ -1,0 +1,98 @@
+"""How a declared load sits: told by pitches, where these tell it."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from core.body import build_body
+from core.data import Load, Material
+from core.elasticity import PLAIN, Seat, add_loads, assemble, hold_points
+from core.modes import solve_modes
+from core.pipeline import calibrate_case
+from core.seat import SEATS, on_seats, told_by_pitches
+from tests.core.solids import block
+from tests.truth import make
+
+LOADS = (Load(0.03, np.array([0.06, 0.0, 0.08])), Load(0.01, np.array([0.03, 0.06, 0.08])))
+
+
+@pytest.fixture(scope="module")
+def body():
+    """A squat block on its foot, loaded at a corner and in the middle of an edge."""
+    model = assemble(block((4, 4, 5), (0.06, 0.06, 0.08), jitter=0.1), Material(1000.0, 0.45))
+    bare = hold_points(model, np.flatnonzero(model.points[:, 2] == 0))
+    marker = SimpleNamespace(position=np.array([0.06, 0.06, 0.08]))
+    take = SimpleNamespace(recording=SimpleNamespace(markers=[marker]), loads=LOADS, gravity=None)
+    return build_body(SimpleNamespace(takes=(take,)), bare, take)
+
+
+def test_a_body_has_the_modes_on_each_seat_that_it_has_solved_in_full(body):
+    modes, count = on_seats(body, LOADS), 8
+    assert set(modes) == set(SEATS)
+    for seat, found in modes.items():
+        model = add_loads(body.bare, LOADS, seat)
+        whole = solve_modes(model, count)
+        assert found.frequency[:count] == pytest.approx(whole.frequency, rel=2e-4)
+        shapes = found.shapes[..., :count].reshape(-1, count)
+        assert shapes.T @ (model.mass @ shapes) == pytest.approx(np.eye(count), abs=1e-9)
+        held = np.repeat(model.pinned, 3)
+        assert not shapes[held].any()
+
+
+def heard(body, seat, modulus, count, scatter=5e-4):
+    """What `told_by_pitches` is given of a body whose loads sit so: a pole for each mode."""
+    rng = np.random.default_rng(8)
+    true = solve_modes(add_loads(body.bare, LOADS, seat), count).frequency
+    pitch = true * np.sqrt(modulus) * (1 + scatter * rng.standard_normal(count))
+    gains = 0.6 ** np.arange(count)
+    return {
+        other: {
+            k: (gains[k], float(np.log(pitch[k] / modes.frequency[k]))) for k in range(count)
+        }
+        for other, modes in on_seats(body, LOADS).items()
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("modulus", [1.0, 2e4])
+@pytest.mark.parametrize("seat", [s for s in SEATS if s != PLAIN], ids=str)
+def test_pitches_tell_how_loads_sit_whatever_the_modulus(body, seat, modulus):
+    told = told_by_pitches(heard(body, seat, modulus, 6))
+    assert told[0] == seat
+    assert len(told) > 1  # what else may be is told with it
+
+
+def test_a_seat_between_two_that_are_tried_is_next_to_the_one_that_is_told(body):
+    told = told_by_pitches(heard(body, Seat(2.4, True), 2e4, 6))
+    assert {told[0], told[1]} == {Seat(2.0, True), Seat(3.0, True)}
+
+
+def test_nothing_is_told_where_all_is_right_or_too_little_is_heard(body):
+    assert told_by_pitches(heard(body, PLAIN, 2e4, 6)) is None
+    assert told_by_pitches(heard(body, Seat(3.0, True), 2e4, 2)) is None
+    assert told_by_pitches(heard(body, Seat(3.0, True), 2e4, 3)) is not None
+    faint = heard(body, Seat(3.0, True), 2e4, 6)
+    faint = {s: {k: (0.01 * g, r) for k, (g, r) in told.items()} for s, told in faint.items()}
+    assert told_by_pitches(faint) is None
+
+
+def test_no_seat_is_told_for_what_is_the_matter_elsewhere(body):
+    """Pitches that are off by several per cent on every seat, as a foot that gives makes them."""
+    rng = np.random.default_rng(3)
+    off = dict(enumerate(0.05 * rng.standard_normal(6)))
+    wrong = {
+        seat: {k: (g, r + off[k]) for k, (g, r) in told.items()}
+        for seat, told in heard(body, Seat(2.0, True), 2e4, 6).items()
+    }
+    assert told_by_pitches(wrong) is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "wrong"), [(23715, 0.06), (23730, 0.02)])
+def test_a_load_at_the_rim_of_a_pudding_is_no_effect(seed, wrong, tmp_path):
+    """In the second one it is in one take of two."""
+    truth = make("null", seed, tmp_path)
+    report = calibrate_case(tmp_path / "case.toml").report
+    assert report["diagnosis"]["verdict"] == "adequate"
+    modulus = report["youngs_modulus"]["material"]["value"]
+    assert abs(modulus / truth["youngs_modulus"] - 1) < wrong
