@@ -11,7 +11,7 @@ from .verdict import Verdict
 BENT = 0.95  # MAC below which a computed shape is not the measured one
 SHOWN = 1.5  # times the error of free modes, from which the body's pitches and shapes show
 MENDED = 0.8  # of the declared body's error, held out or fitted, that is left at most
-PULLED = 3.0  # standard deviations beyond which a prediction keeps to the model
+PULLED = 3.0  # standard deviations that a computed pitch is forgiven: it may be off by so much
 
 
 def body_error(verdict: Verdict, ground: Ground, found: Hypothesis) -> Error:
@@ -21,8 +21,9 @@ def body_error(verdict: Verdict, ground: Ground, found: Hypothesis) -> Error:
     K, loud = law.modes, ground.measured
     own = np.r_[declared.frequency, loud.frequency[K:]]
     heard = np.vstack([declared.shapes, loud.shapes[K:]])
-    pulls = np.abs(found.pitch_pull[: len(found.frequency)])
-    f = np.where(pulls > PULLED, found.frequency, own)
+    pulls = found.pitch_pull[: len(found.frequency)]
+    beyond = np.sign(pulls) * np.maximum(np.abs(pulls) - PULLED, 0)
+    f = own * np.exp(-beyond * loud.error)
     bent = np.array([mac(a, b) < BENT for a, b in zip(found.shapes, heard, strict=True)])
     shapes = np.where(bent[:, None], found.shapes, heard)
     index = law.fitted[0]

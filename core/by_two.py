@@ -8,7 +8,7 @@ from .foils import is_broken, weakens, weakens_rather
 from .ready import polished, to_their_end
 from .refit import turned
 from .sufficiency import ENOUGH_BOTH, beats_single, one_of, strays, sufficient
-from .time_layer import Candidate, judge, vetoed
+from .time_layer import EVIDENCE, Candidate, judge, vetoed
 from .together import pairs
 from .verdict import Verdict, partly, twins_of
 
@@ -23,7 +23,7 @@ def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
     others = [c for c in able if c.outdone or c not in ranked]
     beam = sorted([*strong, *others], key=lambda c: -c.evidence)
     found = exchanged(to_their_end(pairs(declared, beam, known), declared), declared)
-    found = polished(found, declared, widen)
+    found = [c for c in polished(found, declared, widen) if c.evidence > EVIDENCE]
     both = _stand([c for c in found if sufficient(c, ENOUGH_BOTH)])
     if both and is_broken(declared, both[0]):
         return Verdict("unexplained", chain, (), (), ranked, ())

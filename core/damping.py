@@ -27,9 +27,7 @@ def find_damping(declared: TimeFit, free: TimeFit) -> tuple[Candidate, tuple[str
 
     def worth(candidate: Candidate) -> float:
         """Evidence; what no law of damping takes counts as noise. One loss factor asks for less."""
-        found = candidate.found
-        spare = found.law.modes - 1 if found.law.damping == "common" else 0
-        return candidate.evidence / max(least, 1.0) + spare * np.log(max(found.samples, 2))
+        return candidate.evidence / max(least, 1.0) + _spared(candidate.found)
 
     ranked = sorted(tried.values(), key=worth, reverse=True)
     if ranked[0].evidence < EVIDENCE:
@@ -41,3 +39,21 @@ def find_damping(declared: TimeFit, free: TimeFit) -> tuple[Candidate, tuple[str
         if declared.law.modes < TELLING or worth(c) > worth(best) - EVIDENCE
     )
     return best, twins
+
+
+def is_needless(found: TimeFit, declared: TimeFit) -> bool:
+    """Whether beside the effects of `found`, which has another law of damping, the declared law
+    does as well: what an effect did looked like that other law as long as it was not there.
+    """
+    if declared.law.damping == "none":
+        return False
+    law = replace(found.law, damping=declared.law.damping)
+    plain = fit(law, found.parameters, evaluations=40)
+    gain = judge((), found, plain).evidence + _spared(found) - _spared(plain)
+    return gain < EVIDENCE
+
+
+def _spared(found: TimeFit) -> float:
+    """What its law of damping saves of the price of a damping ratio for each mode."""
+    spare = found.law.modes - 1 if found.law.damping == "common" else 0
+    return spare * float(np.log(max(found.samples, 2)))

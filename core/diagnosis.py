@@ -12,7 +12,7 @@ from dataclasses import replace
 from functools import partial
 
 from .by_two import by_two, unless_it_weakens
-from .damping import find_damping
+from .damping import find_damping, is_needless
 from .decidable import undecidable
 from .foils import is_broken, weakens
 from .forgotten import more_modes
@@ -65,11 +65,16 @@ def diagnose(
     why = undecidable(free)
     if why:
         return Verdict("refused", ((None, declared),), (), (), (), (), why)
+    as_declared = partial(_told, declared, widen, start or declared)
     lacking = find_damping(declared, free)
     if lacking is None:
-        return _if_all_told(_sharpened(_diagnose(declared, widen, start or declared)))
+        return as_declared()
     damping, twins = lacking
-    then = _if_all_told(_sharpened(_diagnose(damping.found, widen, damping.found)))
+    then = _told(damping.found, widen, damping.found)
+    if then.effects and is_needless(then.final, declared):
+        plain = as_declared()
+        if plain.verdict == then.verdict and plain.names == then.names:
+            return plain
     first = ((None, declared), (damping.names[0], damping.found))
     return replace(
         then,
@@ -79,6 +84,10 @@ def diagnose(
         twins=(twins, *then.twins),
         ranked=(damping, *then.ranked),
     )
+
+
+def _told(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
+    return _if_all_told(_sharpened(_diagnose(declared, widen, start)))
 
 
 def _if_all_told(verdict: Verdict) -> Verdict:
@@ -148,7 +157,7 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
 
 def _is_read_off(verdict: Verdict) -> bool:
     """Whether all of its effects are read off the record: so free, two of them tell anything."""
-    names = {c.names[-1] for c in verdict.effects}
+    names = verdict.names
     return bool(names) and all(e.free for e in verdict.final.law.effects if e.name in names)
 
 

@@ -24,6 +24,7 @@ from .verdict import Verdict
 
 DOUBT = 1e-3  # chance below which pitches and shapes do not fit the declared body
 SLIGHT = 0.01  # of the motion, rms, and of a pitch, up to which what acts in time is a trifle
+FITS = 0.05  # the same, from which a body fits them
 EVIDENCE = 10.0  # gain in BIC (Kass and Raftery 1995: very strong)
 ENOUGH = 0.6  # share of the misfit that an effect of the body must take
 NEARLY = 0.8  # of the best one's gain makes a twin
@@ -116,7 +117,8 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     # a second cause needs to be clearer, unless the first hardly moves anything
     slight = not acts(verdict.damped) and _is_slight(verdict)
     doubt = DOUBT**2 if acts(verdict.final) and not slight else DOUBT
-    if _chance(base, ground.measured) > doubt:
+    chance = _chance(base, ground.measured)
+    if chance > DOUBT:
         if verdict.verdict == "adequate" and (strange := strangers(verdict, ground)):
             warnings = [*plain.warnings, told(strange)]
             return replace(plain, verdict="unexplained", warnings=warnings)
@@ -129,7 +131,8 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         moduli = _moduli(known[0], heard)
         lines = _sag_lines(ground, base)
         plain = replace(plain, mesh_pitch=as_said, moduli=moduli, warnings=lines)
-        if _chance(base, ground.measured) > doubt:
+        chance = _chance(base, ground.measured)
+        if chance > DOUBT:
             return plain
         ranked = [replace(s, evidence=s.evidence - known[0].evidence) for s in ranked]
     ranked = [s for s in ranked if s.effect.name not in heard.body.case.declared]
@@ -141,6 +144,8 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         and base.chi2 - s.hypothesis.chi2 > ENOUGH * over
         and not _may_be_nothing(s)
     ]
+    if chance > doubt and not (good and _mends_all(good[0], ground.measured)):
+        return plain
     before = body_error(verdict, ground, base)
     with_it = body_error(verdict, ground, good[0].hypothesis) if good else None
     misfit = (float((base.pitch_pull**2).sum()), float(base.shape_chi2.sum()))
@@ -210,6 +215,11 @@ def _chance(body: Hypothesis, measured: Measured) -> float:
         return float(whole)
     alone = pull[K] ** 2 / (1 - measured.weight[K] / measured.weight.sum())
     return float(2 * min(whole, chi2_law.sf(alone, 1)))
+
+
+def _mends_all(one: Suspect, measured: Measured) -> bool:
+    """Whether it is twice as clear as it must be, and nothing is the matter with it."""
+    return one.evidence > 2 * EVIDENCE and _chance(one.hypothesis, measured) > FITS
 
 
 def _no_suspects(body: Body) -> list[str]:

@@ -26,6 +26,11 @@ class Verdict:
         return self.chain[-1][1]
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """Of the found effects."""
+        return tuple(c.names[-1] for c in self.effects)
+
+    @property
     def laws(self) -> int:
         """Laws of damping that were found; they come first in the chain."""
         return sum(name in DAMPING for name, _ in self.chain)
