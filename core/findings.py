@@ -118,7 +118,8 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     slight = not acts(verdict.damped) and _is_slight(verdict)
     doubt = DOUBT**2 if acts(verdict.final) and not slight else DOUBT
     chance = _chance(base, ground.measured)
-    if chance > DOUBT:
+    bent = any(e.force for e in verdict.final.law.effects)  # it stiffens where it acts, too
+    if chance > (doubt if bent else DOUBT):
         if verdict.verdict == "adequate" and (strange := strangers(verdict, ground)):
             warnings = [*plain.warnings, told(strange)]
             return replace(plain, verdict="unexplained", warnings=warnings)
@@ -132,7 +133,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         lines = _sag_lines(ground, base)
         plain = replace(plain, mesh_pitch=as_said, moduli=moduli, warnings=lines)
         chance = _chance(base, ground.measured)
-        if chance > DOUBT:
+        if chance > (doubt if bent else DOUBT):
             return plain
         ranked = [replace(s, evidence=s.evidence - known[0].evidence) for s in ranked]
     ranked = [s for s in ranked if s.effect.name not in heard.body.case.declared]

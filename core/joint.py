@@ -95,7 +95,7 @@ def hear(body: Body, find_release) -> Heard:
     loaded = left_out(ground, rings, every, matches)
     chosen = [_same_poles(ground, rings, i, matches) for i in fitted]
     settled = settle(ground, chosen, matches)
-    straight = tuple(_straightened(ground, settled[1], i) for i in range(len(takes)))
+    straight = tuple(_straightened(ground, settled, i) for i in range(len(takes)))
     if any(new is not old for new, old in zip(straight, takes, strict=True)):
         ground = replace(ground, takes=straight)
         chosen = [_same_poles(ground, rings, i, settled[2]) for i in fitted]
@@ -258,10 +258,14 @@ def _with_all(ground: Recorded, settled: tuple, rings: tuple):
     return free, turns, first
 
 
-def _straightened(ground: Recorded, turns, index: int) -> Channels:
-    turn = turns[ground.condition[index]]
+def _straightened(ground: Recorded, settled: tuple, index: int) -> Channels:
+    free, turns, _ = settled
+    turn, known = turns[ground.condition[index]], None
     data, body = ground.takes[index], ground.bodies[ground.condition[index]]
-    return data if turn is None else straightened(data, body, turn)
+    if index in ground.fitted:
+        take = ground.fitted.index(index)
+        known = free.motions[take], free.shapes_of(take)
+    return data if turn is None else straightened(data, body, turn, known)
 
 
 def _gaps(modes, body: Body) -> dict[int, float]:

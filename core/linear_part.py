@@ -5,6 +5,7 @@ Source      Golub and Pereyra, Inverse Problems 19 (2003) R1 (variable projectio
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -33,7 +34,9 @@ def march(law: Law, unpacked, data: Channels):
     speeds = bool(law.turning) or delay is not None
     u, v, traces = swing(omega, zeta, start, time, forces, law.setting, speeds)
     # modes above those that were measured answer a force at once, in a shape of their own
-    columns = [(e, traces[:, :, [j]]) for j, (e, _) in enumerate(p for p in forces if p[0].force)]
+    traced = [e for e, _ in forces if e.force]
+    ends = np.cumsum([0, *(e.ways for e in traced)])
+    columns = [(e, traces[:, :, a:b]) for e, (a, b) in zip(traced, pairwise(ends), strict=True)]
     for effect, theta in pairs:
         if effect.beside:
             columns.append((effect, effect.beside(theta, omega, zeta, time)))

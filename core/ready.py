@@ -10,6 +10,7 @@ from .effects.further_mode import ran_off
 from .law import TimeFit
 from .refit import turned
 from .residual import NOISY
+from .rub import in_plane
 from .side_by_side import in_step_by_parts
 from .sufficiency import ENOUGH
 from .time_layer import EVIDENCE, NEARLY, Candidate, judge, vetoed
@@ -66,7 +67,7 @@ def _laid_bare(found: list[Candidate], able: list[bool], declared: TimeFit, wide
     """
 
     def laid_bare(c):
-        two = with_branch(c.found, len(c.names))
+        two = in_plane(with_branch(c.found, len(c.names)), len(c.names))
         others = [judge(c.names, found, declared) for found in (two, widen(two, len(c.names)))]
         return max(c, *others, key=lambda one: one.evidence)
 

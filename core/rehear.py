@@ -85,6 +85,8 @@ def _wider(effect: Effect, theta: np.ndarray, modes: int, near: TimeFit) -> np.n
     """The effect's numbers, with its place's share in the further mode."""
     if not effect.force:
         return theta
-    couples, places = theta[len(effect.low) :], near.law.setting.places
+    own, places = len(effect.low), near.law.setting.places
+    couples, across = theta[own : own + modes - 1], theta[own + modes - 1 :]
     nearest = np.argmin(((places[:, : modes - 1] - couples) ** 2).sum(axis=1))
-    return np.r_[theta, places[nearest, modes - 1 :]]
+    along = np.r_[theta[:own], couples, places[nearest, modes - 1 :]]
+    return np.r_[along, across, np.zeros(len(along) - own - modes + 1)] if len(across) else along

@@ -207,12 +207,15 @@ class _Push:
             if not effect.force:
                 self.parts.append((at, effect.acceleration(theta, setting), None))
                 continue
-            couple = np.ones((len(setting.omega), len(theta)))
-            couple[1:] = theta[:, len(effect.low) :].T
-            past = self.past[effect] = np.zeros((count + 1, ends[-1]))
-            alone = len(couple) == 1  # one mode moves every place alike
-            both = None if alone else np.array([couple, couple])
-            own = both, couple * setting.masses[:, None], past
+            couple = np.zeros((effect.ways, len(setting.omega), len(theta)))
+            couple[0, 0] = 1.0
+            couple[:, 1:] = np.reshape(theta[:, len(effect.low) :].T, (effect.ways, -1, len(theta)))
+            past = self.past[effect] = np.zeros((effect.ways, count + 1, ends[-1]))
+            drive = couple * setting.masses[:, None]
+            if effect.ways == 1:
+                alone = len(couple[0]) == 1  # one mode moves every place alike
+                couple, drive = None if alone else np.repeat(couple, 2, axis=0), drive[0]
+            own = effect.ways, couple, drive, past
             self.parts.append((at, effect.force(theta, setting), own))
 
     def kick(self, state, i: int, h: float, out) -> None:
@@ -226,14 +229,20 @@ class _Push:
             if own is None:
                 out[:, at] += push(State(u, v, i * h, h, u[0], v[0]))
                 continue
-            couple, drive, past = own
+            ways, couple, drive, past = own
+            if ways > 1:
+                x, dx = np.einsum("skb,wkb->swb", here, couple)
+                f = past[:, i, at] = push(State(u, v, i * h, h, x, dx))
+                out[:, at] += np.einsum("wb,wkb->kb", f, drive)
+                continue
             x, dx = here[:, 0] if couple is None else np.add.reduce(here * couple, axis=1)
-            f = past[i, at] = push(State(u, v, i * h, h, x, dx))
+            f = past[0, i, at] = push(State(u, v, i * h, h, x, dx))
             out[:, at] += f * drive
 
     def traces(self, one: _March, rows: slice) -> list:
         """[(N, B), ...] forces of one of them at the steps."""
-        return [self.past[effect][:, rows] for effect, _ in one.forces if effect.force]
+        paths = [self.past[effect] for effect, _ in one.forces if effect.force]
+        return [path[:, rows] for both in paths for path in both]
 
 
 def _flow(omega, zeta, step):

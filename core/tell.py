@@ -159,7 +159,8 @@ def parameters(found: TimeFit, index: int) -> dict:
         for name, one in value.items()
         if not (isinstance(one, float | np.floating) and not np.isfinite(one))
     }
-    spread = np.sqrt(np.diag(block))[len(effect.low) : len(theta)]
+    own = len(effect.low)
+    spread = np.sqrt(np.diag(block))[own : min(len(theta), own + law.modes - 1)]
     return _widened(told, units, _others(effect, theta, (setting, shape, spread)))
 
 
@@ -182,7 +183,8 @@ def _others(effect, theta, known):
     if effect.alike is not None:
         yield from effect.alike(theta, setting, shape)
     if effect.force:
-        for lever, place in zip(*setting.able(theta[own:], spread), strict=True):
+        couples = theta[own : own + len(spread)]
+        for lever, place in zip(*setting.able(couples, spread), strict=True):
             there = replace(setting, levers=np.array([lever]), places=place[None])
             yield effect.report(np.r_[theta[:own], place], there, shape)
 

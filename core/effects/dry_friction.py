@@ -1,11 +1,14 @@
 """A rubbing contact: a force of constant size against the motion, after some elastic slip.
 
 Law         f = -F z, z' = x'/d while |z| < 1 (Jenkins element: a spring of travel d and a slider;
-            the body gives way where it is rubbed, and that is part of d)
+            the body gives way where it is rubbed, and that is part of d); along a line, or, where
+            the place goes to and fro and sideways, in a plane: x, z and f have two components
 Tells       the envelope falls by the same amount each cycle, a dead stop, an offset that stays
 Looks like  air_drag of negative sign with more damping; stiffness_drift for a short record
 Source      Iwan, J. Appl. Mech. 33 (1966) 893; Rayleigh, The Theory of Sound, vol. 1, 46
 """
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -27,10 +30,25 @@ def force(theta, setting):
     return push
 
 
+def force_in_plane(theta, setting):
+    """theta as for `force`; the slider goes where it is drawn, so what rubs along rubs across."""
+    per_metre = np.exp(-theta[:, 1]) / setting.amplitude
+    size = theta[:, 0] * setting.omega[0] ** 2 * setting.amplitude
+    slip = np.zeros((2, len(theta)))
+
+    def push(state):
+        np.add(slip, state.dx * (state.h * per_metre), out=slip)
+        np.divide(slip, np.maximum(np.hypot(slip[0], slip[1]), 1.0), out=slip)
+        return -size * slip
+
+    return push
+
+
 def report(theta, setting, shape):
     """N where the rub most likely sits; elsewhere it is as much larger as the place moves less."""
     stiffness = setting.modal_mass * setting.omega[0] ** 2
-    return {"force": theta[0] * stiffness * setting.amplitude / setting.lever(theta[2:])}
+    place = theta[2 : 1 + len(setting.omega)]
+    return {"force": theta[0] * stiffness * setting.amplitude / setting.lever(place)}
 
 
 EFFECT = Effect(
@@ -56,3 +74,5 @@ EFFECT = Effect(
     report=report,
     veto=too_faint,
 )
+
+IN_PLANE = replace(EFFECT, force=force_in_plane, ways=2)

@@ -6,6 +6,8 @@ Looks like  dry_friction: what it is weighed against, being no effect to bake
 Source      Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083: Stribeck
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from . import dry_friction
@@ -14,12 +16,20 @@ from .base import Effect
 
 def force(theta, setting):
     """theta = (those of dry_friction, share that speed takes away, log of speed over omega A)."""
+    return _weaker(theta, setting, dry_friction.force(theta, setting))
+
+
+def force_in_plane(theta, setting):
+    """The same, of a rub in a plane."""
+    return _weaker(theta, setting, dry_friction.force_in_plane(theta, setting))
+
+
+def _weaker(theta, setting, plain):
     pace = np.exp(theta[:, 3]) * setting.omega[0] * setting.amplitude
-    plain = dry_friction.force(theta, setting)
 
     def push(state):
-        slow = np.exp(-((state.dx / pace) ** 2))
-        return plain(state) * (1 - theta[:, 2] * (1 - slow))
+        square = np.atleast_2d(state.dx / pace) ** 2
+        return plain(state) * (1 - theta[:, 2] * (1 - np.exp(-square.sum(axis=0))))
 
     return push
 
@@ -35,6 +45,8 @@ FOIL = Effect(
     force=force,
     sudden=True,
 )
+
+IN_PLANE = replace(FOIL, force=force_in_plane, ways=2)
 
 
 def starts(theta: np.ndarray) -> list[np.ndarray]:
