@@ -12,6 +12,7 @@ from .law import Law
 
 SKIN = 100  # points of the surface at which drag is summed
 PLACES = 48  # where a force may sit, in each direction
+PLANES = 12  # where it may rub in a plane
 WAYS = (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0)  # of another mode's direction to one of the first's
 ALONG = 0.87  # cosine from which two modes move a place along one line
 
@@ -78,6 +79,7 @@ def build_law(
         couple=couple,
         places=couple[None, 1:],
         levers=np.ones(1),
+        planes=np.zeros((0, 2, len(couple) - 1)),
         skin=np.zeros((len(couple), 0)),
         facing=np.zeros((len(couple), 0)),
         wind=np.zeros((0, len(couple))),
@@ -138,6 +140,7 @@ def with_body(law: Law, data: Channels, body, turn: np.ndarray) -> Law:
         drag_area=area,
         places=np.vstack([law.setting.places, places]),
         levers=np.r_[law.setting.levers, levers],
+        planes=_planes(moved, first),
         skin=np.ascontiguousarray(skin.transpose(1, 2, 0).reshape(skin.shape[1], -1)),
         facing=np.ascontiguousarray(facing[pick].T),
         wind=np.ascontiguousarray(wind.transpose(2, 0, 1).reshape(-1, wind.shape[1])),
@@ -223,6 +226,23 @@ def _places(moved: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarra
                 some = _spread_out(np.c_[couples, levers], levers)
                 whole.append((couples[some], levers[some]))
     return np.vstack([c for c, _ in whole]), np.concatenate([v for _, v in whole])
+
+
+def _planes(moved: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """(Q, 2, K - 1) couples of places far apart along mode 1's direction there, and along that
+    across it in which the other modes move most.
+    """
+    able = first > 0.1 * first.max()
+    moved, first = moved[able], first[able]
+    along = moved[:, :, 0] / first[:, None]
+    own = np.einsum("qi,qik->qk", along, moved[:, :, 1:])
+    rest = moved[:, :, 1:] - along[:, :, None] * own[:, None]
+    across = np.linalg.svd(rest, full_matrices=False)[0][:, :, :1] if own.size else rest
+    sideways = np.einsum("qin,qik->qk", across, rest)
+    both = np.stack([own, sideways], axis=1) / first[:, None, None]
+    if not own.size:
+        return both[:0]
+    return both[_spread_out(both.reshape(len(both), -1), first)[:PLANES]]
 
 
 def _shares(moved: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

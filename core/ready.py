@@ -12,12 +12,12 @@ from .refit import turned
 from .residual import NOISY
 from .rub import in_plane
 from .side_by_side import in_step_by_parts
-from .sufficiency import ENOUGH
 from .time_layer import EVIDENCE, NEARLY, Candidate, judge, vetoed
 from .timefit import fit
 
 RIVALS = 3  # candidates, the best ones, that are looked at for such modes
 VIES = 0.95  # of the best one's evidence, from which a candidate vies for its place
+MOSTLY = 0.7  # share of the excess from which two effects may take the rest so
 TO_THE_END = 40  # looks that those get which vie
 
 
@@ -51,7 +51,7 @@ def polished(found: list[Candidate], declared: TimeFit, widen: Callable) -> list
 
     Modes that die soon are missed in the first part only.
     """
-    able = [max(c.share, c.held_share) > ENOUGH and n < RIVALS for n, c in enumerate(found)]
+    able = [max(c.share, c.held_share) > MOSTLY and n < RIVALS for n, c in enumerate(found)]
     return _laid_bare(found, able, declared, widen)
 
 

@@ -4,12 +4,13 @@ import numpy as np
 
 from .effects.dry_friction import IN_PLANE
 from .law import TimeFit
-from .refit import put
+from .refit import lighter, put
 from .residual import NOISY, bic
 from .timefit import best_fit, misfits
 
 SIDEWAYS = (0.5, 2.0)  # share of a higher mode across the line, from which the search begins
-RUNNERS = 2  # of those places
+STRONGER = (1.0, 3.0)  # times as strong as along a line, elsewhere on the body
+RUNNERS = 2  # of those beside the line, and of those elsewhere
 SHARE = 0.2  # of what is left that it must take
 EVIDENCE = 20.0  # gain in BIC that it must bring
 
@@ -26,10 +27,18 @@ def in_plane(found: TimeFit, effects: int) -> TimeFit:
     ]
     if not at or law.modes == 1 or found.chi2 < NOISY * found.samples:
         return found
-    across = [size * row for row in np.eye(law.modes - 1) for size in SIDEWAYS]
-    thetas = [np.r_[found.theta[at[0]][0], one] for one in across]
-    law, starts = put(found, at[0], IN_PLANE, thetas)
-    likely = np.argsort(misfits(law, starts, found.samples))[:RUNNERS]
-    wider = best_fit(law, starts[likely], evaluations=20)
+    own = found.theta[at[0]][0]
+    beside = [np.r_[own, size * row] for row in np.eye(law.modes - 1) for size in SIDEWAYS]
+    size, *travel = own[: len(IN_PLANE.low)]
+    elsewhere = [
+        np.r_[size * more, travel, one.ravel()] for one in law.setting.planes for more in STRONGER
+    ]
+    starts = []
+    for thetas in filter(None, (beside, elsewhere)):
+        # what rubs sideways was put down to the damping of what swings that way
+        both = [put(one, at[0], IN_PLANE, thetas) for one in (found, lighter(found))]
+        law, some = both[0][0], np.vstack([some for _, some in both])
+        starts += [*some[np.argsort(misfits(law, some, found.samples))[:RUNNERS]]]
+    wider = best_fit(law, np.array(starts), evaluations=20)
     less = found.chi2 - wider.chi2 > SHARE * (found.chi2 - found.samples)
     return wider if less and bic(wider) < bic(found) - EVIDENCE else found

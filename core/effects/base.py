@@ -36,6 +36,7 @@ class Setting:
     couple: np.ndarray  # (K,)
     places: np.ndarray  # (Q, K - 1) couples of places on the body over that of the first mode
     levers: np.ndarray  # (Q,) motion of those places in the first mode over the reference's
+    planes: np.ndarray  # (Q', 2, K - 1) couples of some places, along mode 1's way there and across
     skin: np.ndarray  # (K, 3S) motion of points all over the surface per m of u_k: x, y, then z
     facing: np.ndarray  # (K, S) motion of those points along the surface's normal there
     wind: np.ndarray  # (3S, K) the same, weighted with their share of the drag's work

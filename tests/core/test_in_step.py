@@ -159,6 +159,7 @@ def setting() -> Setting:
         couple=np.ones(3),
         places=np.zeros((1, 2)),
         levers=np.ones(1),
+        planes=np.zeros((0, 2, 2)),
         skin=skin,
         facing=rng.normal(size=(3, 4)),
         wind=skin.T / 12,

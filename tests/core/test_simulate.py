@@ -19,6 +19,7 @@ def setting(zeta: float = 0.0) -> Setting:
         couple=np.ones(1),
         places=np.zeros((1, 0)),
         levers=np.ones(1),
+        planes=np.zeros((0, 2, 0)),
         skin=one,
         facing=one[:, :1],
         wind=one.T,
