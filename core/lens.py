@@ -6,6 +6,7 @@ from .body import Body
 from .channels import Channels
 from .data import replace
 
+ROUNDS = 3  # in which what is bent no longer counts as motion
 ALIKE = 0.05  # of the clearest shape: what the camera hardly sees apart is not told apart
 
 
@@ -36,9 +37,12 @@ def straightened(
         own = np.einsum("kc,ck->k", shown, seen) / np.maximum((seen**2).sum(axis=0), 1e-300)
         swung = (motion - motion.mean(axis=0)) @ shown
         u, away = motion * own, np.where(np.isfinite(data.values), away - swung, 0.0)
-    u = u + away @ np.linalg.pinv(seen, rcond=ALIKE).T
-    d = np.einsum("tk,nik->tni", u, moved)
-    d[:, data.support[:: data.rest.size // len(places)]] = 0
-    bent = camera.project((places + d).reshape(-1, 3)).reshape(len(d), -1) - data.rest
-    straight = np.einsum("ci,tci->tc", data.directions, d[:, data.marker])
-    return replace(data, values=data.values - (bent - straight))
+    read = np.linalg.pinv(seen, rcond=ALIKE).T
+    still = data.support[:: data.rest.size // len(places)]
+    bend = np.zeros_like(away)
+    for _ in range(ROUNDS):
+        d = np.einsum("tk,nik->tni", u + (away - bend + bend.mean(axis=0)) @ read, moved)
+        d[:, still] = 0
+        bent = camera.project((places + d).reshape(-1, 3)).reshape(len(d), -1) - data.rest
+        bend = bent - np.einsum("ci,tci->tc", data.directions, d[:, data.marker])
+    return replace(data, values=data.values - bend)

@@ -1,9 +1,13 @@
 """The camera that is put where the rest places show it."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from core.channels import Channels
 from core.data import Camera
+from core.lens import straightened
 from core.near_camera import lens
 
 MIDDLE, DISTANCE, PRINCIPAL = np.array([0.3, -0.1, 0.2]), 0.5, np.array([640.0, 360.0])
@@ -29,3 +33,57 @@ def test_what_comes_towards_the_lens_is_seen_larger(towards):
     seen = lens(far, MIDDLE, DISTANCE).project(place) - PRINCIPAL
     grown = (far.project(place) - PRINCIPAL) / (1 - towards / DISTANCE)
     assert seen == pytest.approx(grown)
+
+
+def bent(sigma=0.05):
+    """Channels of a lens before which a body swings across the view in one mode and almost towards
+    it in another one; the body; the motions (T, 2); what is seen if pixels moved in proportion.
+    """
+    rng, time = np.random.default_rng(5), np.arange(400) / 100
+    near = lens(afar(), MIDDLE, 6 * DISTANCE)
+    places = MIDDLE + 0.05 * rng.uniform(-1, 1, (6, 3))
+    along, towards = near.rows[0], near.rows[2] + 0.002 * near.rows[1]
+    grows = 1 + 4 * (places - MIDDLE) @ near.rows[1:2].T
+    shapes = np.stack([grows * along, grows[::-1] * towards], axis=2)  # (6, 3, 2)
+    u = np.array([[0.03], [0.2]]) * np.cos(2 * np.pi * np.array([[5.0], [3.1]]) * time)
+    u = (u * np.exp(-0.5 * time)).T
+    h = 1e-6 * np.eye(3)
+    slopes = [near.project(places + one) - near.project(places - one) for one in h]
+    directions = np.moveaxis(np.array(slopes) / 2e-6, 0, 2).reshape(12, 3)
+    moved = np.einsum("tk,nik->tni", u, shapes)
+    rest = near.project(places).ravel()
+    straight = rest + np.einsum("ci,tci->tc", directions, np.repeat(moved, 2, axis=1))
+    seen = near.project((places + moved).reshape(-1, 3)).reshape(len(time), -1)
+    markers = [SimpleNamespace(position=place) for place in places]
+    take = SimpleNamespace(recording=SimpleNamespace(camera=near, markers=markers))
+    data = Channels(
+        time=time,
+        values=seen + sigma * rng.standard_normal(seen.shape),
+        sigma=np.full(12, sigma),
+        fit=np.ones(len(time), bool),
+        marker=np.repeat(np.arange(6), 2),
+        support=np.zeros(12, bool),
+        directions=directions,
+        row=np.zeros(12),
+        rows=np.zeros(seen.shape),
+        rest=rest,
+        quiet=np.full(12, np.nan),
+        take=take,
+    )
+    body = SimpleNamespace(modes=SimpleNamespace(shapes=shapes), markers=np.eye(18))
+    return data, body, u, straight
+
+
+def test_what_hardly_shows_in_a_frame_is_straightened_by_what_shows_in_all():
+    data, body, u, straight = bent()
+    shown = np.einsum("ci,cik->kc", data.directions, body.modes.shapes[data.marker])
+
+    def off(known):
+        one = straightened(data, body, np.eye(2), known)
+        return (one.values - straight).std() / data.sigma[0]
+
+    assert (data.values - straight).std() > 10 * data.sigma[0]
+    assert off((u, shown)) < 1.2
+    scaled = (u * [3.0, -0.5], shown / np.array([[3.0], [-0.5]]))  # whatever unit a fit has them in
+    assert off(scaled) == pytest.approx(off((u, shown)))
+    assert off(None) > 3

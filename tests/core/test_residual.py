@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core.body_error import leaves, mends, misleads
+from core.body_error import body_error, leaves, mends, misleads
 from core.channels import Channels
 from core.residual import Error, error_of
 
@@ -86,3 +86,29 @@ def test_a_change_of_the_body_that_foretells_worse_is_not_named():
     assert misleads(Error(1.3, 0.4), Error(1.0, 0.9), free)
     assert not misleads(Error(0.8, 0.4), Error(1.0, 0.9), free)
     assert not misleads(Error(0.13, 0.06), Error(0.12, 0.9), free)  # what was fitted shows it
+
+
+def body_of(data: Channels, pulls) -> tuple:
+    """A body whose two pitches are off by so many standard deviations of a hundredth each."""
+    pitch, shapes = np.array([20.0, 33.0]) / (2 * np.pi), np.array([[1.0, 0.0], [0.0, 1.0]])
+    law = SimpleNamespace(modes=2, takes=(data,), fitted=[0])
+    declared = SimpleNamespace(
+        law=law, frequency=pitch, shapes=shapes, predicted=(np.nan_to_num(data.values),)
+    )
+    measured = SimpleNamespace(frequency=pitch, shapes=shapes, error=np.full(2, 0.01))
+    ground = SimpleNamespace(data=data, measured=measured, damping_ratio=np.full(2, 1e-6))
+    pulls = np.asarray(pulls, float)
+    found = SimpleNamespace(
+        pitch_pull=pulls, frequency=pitch * np.exp(-0.01 * pulls), shapes=shapes
+    )
+    return SimpleNamespace(damped=declared), ground, found
+
+
+def test_a_computed_pitch_is_forgiven_what_it_may_be_off_by_and_no_more():
+    """Beyond that it counts by so much as it is further off: no step where doubt ends."""
+    data = waving("one", 1.0)
+    within, little, much = (
+        body_error(*body_of(data, (pull, 0.0))) for pull in (2.9, 3.05, 8.0)
+    )  # fmt: skip
+    assert within.held_out == pytest.approx(0.0, abs=1e-3)
+    assert within.held_out < little.held_out < 0.05 < 0.3 < much.held_out

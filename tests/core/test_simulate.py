@@ -1,5 +1,7 @@
 """One mode that swings under each force: closed forms of oscillator theory."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -83,6 +85,39 @@ def test_dry_friction_takes_the_same_from_every_cycle():
 def test_friction_stops_the_motion_dead():
     u = run(dry_friction.EFFECT, (0.05, np.log(1e-3)), seconds=4.0)[1]
     assert np.ptp(u[-500:]) < 0.02 * AMPLITUDE < np.ptp(u[:500])
+
+
+def rubbed(effect, theta, start, seconds=1.5):
+    """(T,) s and (T, 2) m of two modes of one pitch that move a place straight across each other,
+    from start (2, 2).
+    """
+    two = replace(
+        setting(), omega=OMEGA.repeat(2), zeta=np.zeros(2), couple=np.ones(2), masses=np.ones(2)
+    )
+    time = np.linspace(0, seconds, 1501)
+    begun = AMPLITUDE * np.array(start, float)[None] * np.array([1.0, OMEGA[0]])[:, None]
+    forces = [(effect, np.array([theta], float))]
+    given = (two.omega[None], np.zeros((1, 2)), begun, time[None], forces)
+    return time, swing(*given, replace(two, steps=256))[0][0]
+
+
+def test_a_round_swing_that_rubs_in_a_plane_falls_as_a_spiral_does():
+    """F w r is lost of w^2 r^2: the radius falls by F/2w a second."""
+    share = 0.03
+    theta = (share, np.log(1e-3), 0.0, 1.0)
+    time, u = rubbed(dry_friction.IN_PLANE, theta, [[1.0, 0.0], [0.0, 1.0]])
+    radius = np.linalg.norm(u, axis=1) / AMPLITUDE
+    assert radius == pytest.approx(1 - share * OMEGA[0] / 2 * time, abs=0.01)
+
+
+def test_a_straight_swing_rubs_in_a_plane_as_along_its_own_line():
+    share, travel = 0.03, 0.02
+    plane = (share, np.log(travel), 0.0, 1.0)
+    line = (0.6 * share, np.log(travel / 0.6), 0.8 / 0.6)
+    start = [[0.6, 0.8], [0.0, 0.0]]
+    _, one = rubbed(dry_friction.IN_PLANE, plane, start)
+    _, other = rubbed(dry_friction.EFFECT, line, start)
+    assert one == pytest.approx(other, abs=1e-6 * AMPLITUDE)
 
 
 def test_under_drag_the_inverse_amplitude_grows_in_proportion_to_time():

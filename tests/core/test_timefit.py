@@ -439,6 +439,14 @@ def test_two_effects_do_not_stand_in_for_a_rub_that_weakens(force, told):
     assert weakens_rather(found, both, rub) is told
 
 
+def test_in_a_plane_a_rub_weakens_with_speed_whichever_way_it_goes():
+    theta = np.array([[0.1, np.log(0.02), 0.75, np.log(0.1)]])
+    for way in (np.array([[0.6], [0.8]]), np.array([[0.0], [-1.0]])):
+        push = weakening_friction.IN_PLANE.force(theta, setting())
+        quick = push(SimpleNamespace(dx=1e3 * way, h=1.0))
+        assert quick == pytest.approx(-0.25 * 0.1 * OMEGA[0] ** 2 * AMPLITUDE * way)
+
+
 def test_a_weakening_rub_is_plain_at_rest_and_weak_at_speed():
     theta = np.array([[0.1, np.log(0.02), 0.75, np.log(0.1)]])
     fast, rest = SimpleNamespace(dx=np.full(1, 1e3), h=1.0), SimpleNamespace(dx=np.zeros(1), h=1.0)

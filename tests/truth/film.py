@@ -79,9 +79,10 @@ def quickest(system, state, acting) -> float:
     rates = [0.0]
     for one in acting:
         if hasattr(one, "steepest"):
-            reach = np.sqrt(2 * energy * (one.row @ np.linalg.solve(system.K, one.row)))
-            light = one.row @ np.linalg.solve(system.M, one.row)
-            rates.append(np.sqrt(one.steepest(reach) * light))
+            for row in np.atleast_2d(one.row):
+                reach = np.sqrt(2 * energy * (row @ np.linalg.solve(system.K, row)))
+                light = row @ np.linalg.solve(system.M, row)
+                rates.append(np.sqrt(one.steepest(reach) * light))
     return max(rates)
 
 

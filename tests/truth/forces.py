@@ -53,6 +53,30 @@ class Rub:
 
 
 @dataclass(eq=False)
+class PlaneRub:
+    """Coulomb friction of a place that slides any way in a plane: the bristle is drawn along."""
+
+    row: np.ndarray  # (2, r)
+    limit: float  # N
+    bristle: float  # N/m
+    held: np.ndarray = field(default_factory=lambda: np.zeros(2))  # N at the last commit
+    place: np.ndarray = field(default_factory=lambda: np.zeros(2))  # m at the last commit
+
+    def pull(self, q):
+        tried = self.held + self.bristle * (self.row @ q - self.place)
+        return tried * min(1.0, self.limit / max(float(np.linalg.norm(tried)), 1e-300))
+
+    def force(self, q, v, t):
+        return -self.pull(q) @ self.row
+
+    def commit(self, q, v, t):
+        self.held, self.place = self.pull(q), self.row @ q
+
+    def steepest(self, reach):
+        return self.bristle
+
+
+@dataclass(eq=False)
 class Drag:
     """-c |v| v per unit of surface seen from the motion: dF = -c v (n . v), where n . v > 0."""
 

@@ -92,6 +92,7 @@ def stand(kind, seed, rng, given):
             stage.camera = replace(stage.camera, distance=size * rng.uniform(3, 10))
     if kind == "null" and rng.random() < 0.2:
         load_known(rng, stage)
+    stage.plane = kind in kinds.IN_PLANE
     planted = [effect(name)(rng, stage) for name in names]
     return stage, planted, {**needs, **given}
 

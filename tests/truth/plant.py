@@ -142,12 +142,17 @@ def contact(rng, stage) -> Planted:
 def dry_friction(rng, stage) -> Planted:
     node, k, far = touch(stage, rng, 0.4)
     stiff = rng.uniform(20, 60)
+
+    def force(s, system):
+        if stage.plane:
+            sideways = np.cross(stage.direction, np.eye(3)[np.abs(stage.direction).argmin()])
+            rows = np.array([stage.direction, sideways / np.linalg.norm(sideways)])
+            return forces.PlaneRub(rows @ system.at(node), s * k * far, stiff * k)
+        return forces.Rub(row_of(stage, system, node), lambda speed: s * k * far, stiff * k)
+
     return Planted(
-        "dry_friction", 0.02, (0.001, 0.12), lambda s, film: {"force": s * k * far},
-        force=lambda s, system: forces.Rub(
-            row_of(stage, system, node), lambda speed: s * k * far, stiff * k
-        ),
-    )  # fmt: skip
+        "dry_friction", 0.02, (0.001, 0.12), lambda s, film: {"force": s * k * far}, force=force
+    )
 
 
 def air_drag(rng, stage) -> Planted:

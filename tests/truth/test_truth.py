@@ -151,6 +151,26 @@ def test_dry_friction_takes_four_times_the_force_over_the_stiffness_each_cycle()
     assert np.ptp(x[-3000:]) < 2 * force / w**2 * 1.05  # dead stop
 
 
+def test_what_rubs_in_a_plane_has_no_direction_of_its_own():
+    """Turned, a straight swing rubs as along a line, and a round one falls as a spiral does."""
+    w, force = 2 * np.pi, 0.03 * (2 * np.pi) ** 2
+    two = reduced.System(
+        np.eye(3, 2), np.eye(2), np.zeros((2, 2)), w**2 * np.eye(2), np.ones(2), np.zeros(2)
+    )
+    turned = np.array([[0.8, -0.6], [0.6, 0.8]])
+    line = forces.Rub(np.ones(1), lambda speed: force, 3e3 * w**2, place=1.0)
+    x = ring(oscillator(), [1, 0], seconds=4, acting=[line], per_second=3000).q[:, 0]
+    plane = forces.PlaneRub(turned, force, 3e3 * w**2, place=turned @ [0.6, 0.8])
+    q = ring(two, [0.6, 0.8, 0, 0], seconds=4, acting=[plane], per_second=3000).q
+    assert q @ [0.6, 0.8] == pytest.approx(x, abs=1e-3)
+    assert q @ [0.8, -0.6] == pytest.approx(0, abs=1e-3)
+    plane = forces.PlaneRub(turned, force, 3e3 * w**2, place=turned @ [1.0, 0.0])
+    q = ring(two, [1, 0, 0, w], seconds=4, acting=[plane], per_second=3000).q
+    radius = np.linalg.norm(q, axis=1)
+    time = np.arange(len(radius)) / 3000
+    assert radius == pytest.approx(1 - force / w / 2 * time, abs=0.02)
+
+
 def test_a_stiff_rub_on_soft_stuff_holds_still_what_moves_less_than_it_can_hold():
     """The stuff round the node is light and yields: its own swing on the bristle is a quick one."""
     slow, light = (2 * np.pi * np.array([7.0, 325.0])) ** 2
