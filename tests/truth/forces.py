@@ -113,6 +113,19 @@ class Shaken:
 
 
 @dataclass(eq=False)
+class Brake:
+    """A dashpot at a node that is felt only while the node is near its rest place."""
+
+    row: np.ndarray
+    damping: float  # N s/m
+    reach: float  # m
+
+    def force(self, q, v, t):
+        near = np.exp(-((self.row @ q / self.reach) ** 2))
+        return -self.row * (self.damping * near * (self.row @ v))
+
+
+@dataclass(eq=False)
 class Touch:
     """A pad that is on during some spells only: a spring and a dashpot at a node."""
 

@@ -15,7 +15,10 @@ PAIRS = (
     "base_motion+large_amplitude", "lost_frames+relaxation", "asymmetric_stiffness+air_drag",
     "steady_drive+stiffness_drift", "relaxation+dry_friction", "large_amplitude+tracker_drift",
 )  # fmt: skip
-ABSENT = ("tuned_absorber", "sudden_crack", "stick_slip", "intermittent_touch")
+ABSENT = (
+    "tuned_absorber", "sudden_crack", "stick_slip", "intermittent_touch", "pumped_stiffness",
+    "eddy_brake",
+)  # fmt: skip
 TWINS = {
     "large_amplitude|stiffness_drift": {
         "snr": (20, 26),

@@ -45,6 +45,31 @@ def sudden_crack(rng, stage) -> Planted:
     return Planted("sudden_crack", 0.2, (0.01, 0.8), lambda s, film: {"time": when}, force=force)
 
 
+def pumped_stiffness(rng, stage) -> Planted:
+    """The stiffness goes up and down, slower than the body swings: not in the library."""
+    pace = 2 * np.pi / stage.period * rng.uniform(0.25, 0.75)
+    begin = rng.uniform(0, 2 * np.pi)
+
+    def force(s, system):
+        return forces.Fading(system.K, lambda t: s * np.sin(pace * t + begin))
+
+    return Planted("pumped_stiffness", 0.1, (0.01, 0.5), lambda s, film: {"depth": s}, force=force)
+
+
+def eddy_brake(rng, stage) -> Planted:
+    """A magnet brakes what passes near its rest place, the more gently the further: not in the
+    library.
+    """
+    node, k, far = touch(stage, rng, 0.6)
+    reach = far * rng.uniform(0.15, 0.4)
+    pace = 2 * np.pi / stage.period
+
+    def force(s, system):
+        return forces.Brake(row_of(stage, system, node), s * k / pace, reach)
+
+    return Planted("eddy_brake", 0.1, (0.005, 2.0), lambda s, film: {"damping": s}, force=force)
+
+
 def level(body, x) -> np.ndarray:
     """Height 0..1 of any places (..., 3)."""
     s = body.nodes @ body.axis
