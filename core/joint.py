@@ -12,7 +12,7 @@ from .declared import with_declared
 from .effects.partner import is_of
 from .further import with_further, with_left_out, without_runaways
 from .law import TimeFit
-from .lens import straightened
+from .lens import known_of, straightened
 from .listen import listen, listen_from
 from .match import (
     PAIR,
@@ -263,8 +263,7 @@ def _straightened(ground: Recorded, settled: tuple, index: int) -> Channels:
     turn, known = turns[ground.condition[index]], None
     data, body = ground.takes[index], ground.bodies[ground.condition[index]]
     if index in ground.fitted:
-        take = ground.fitted.index(index)
-        known = free.motions[take], free.shapes_of(take)
+        known = known_of(free, ground.fitted.index(index))
     return data if turn is None else straightened(data, body, turn, known)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from core.channels import Channels
 from core.data import Camera
-from core.lens import straightened
+from core.lens import Known, straightened
 from core.near_camera import lens
 
 MIDDLE, DISTANCE, PRINCIPAL = np.array([0.3, -0.1, 0.2]), 0.5, np.array([640.0, 360.0])
@@ -74,16 +74,29 @@ def bent(sigma=0.05):
     return data, body, u, straight
 
 
+def off(data, body, straight, known):
+    """How far what is straightened is from what is straight, in the noise."""
+    return (straightened(data, body, np.eye(2), known).values - straight).std() / data.sigma[0]
+
+
 def test_what_hardly_shows_in_a_frame_is_straightened_by_what_shows_in_all():
     data, body, u, straight = bent()
     shown = np.einsum("ci,cik->kc", data.directions, body.modes.shapes[data.marker])
-
-    def off(known):
-        one = straightened(data, body, np.eye(2), known)
-        return (one.values - straight).std() / data.sigma[0]
-
+    left = data.values - data.values.mean(axis=0) - (u - u.mean(axis=0)) @ shown
     assert (data.values - straight).std() > 10 * data.sigma[0]
-    assert off((u, shown)) < 1.2
-    scaled = (u * [3.0, -0.5], shown / np.array([[3.0], [-0.5]]))  # whatever unit a fit has them in
-    assert off(scaled) == pytest.approx(off((u, shown)))
-    assert off(None) > 3
+    assert off(data, body, straight, Known(u, shown, left)) < 1.1
+    unit = np.array([3.0, -0.5])  # whatever a fit has them in
+    scaled = Known(u * unit, shown / unit[:, None], left)
+    assert off(data, body, straight, scaled) < 1.1
+    assert off(data, body, straight, None) > 3
+
+
+def test_the_bend_says_how_far_a_mode_moves_whose_computed_shape_is_a_little_off():
+    """Turned by a degree or two, what goes towards the lens is seen twice as large, or half."""
+    data, body, u, straight = bent()
+    shown = np.einsum("ci,cik->kc", data.directions, body.modes.shapes[data.marker])
+    left = data.values - data.values.mean(axis=0) - (u - u.mean(axis=0)) @ shown
+    aside = np.cross(*lens(afar(), MIDDLE, DISTANCE).rows[[0, 2]])
+    shapes = body.modes.shapes + 0.02 * aside[:, None] * np.array([0.0, 1.0])
+    other = SimpleNamespace(modes=SimpleNamespace(shapes=shapes), markers=body.markers)
+    assert off(data, other, straight, Known(u, shown, left)) < 1.3
