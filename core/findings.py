@@ -12,6 +12,7 @@ from .compare import PIECES, Hypothesis, Measured
 from .dac import SURE
 from .ground import Ground, creeps, ground_of, moved, softer
 from .joint import Heard
+from .law import TimeFit
 from .match import PAIR
 from .modal_layer import Suspect, suspects
 from .report import estimate
@@ -118,7 +119,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     slight = not acts(verdict.damped) and _is_slight(verdict)
     doubt = DOUBT**2 if acts(verdict.final) and not slight else DOUBT
     chance = _chance(base, ground.measured)
-    bent = any(e.force for e in verdict.final.law.effects)  # it stiffens where it acts, too
+    bent = _bends(verdict.final)
     if chance > (doubt if bent else DOUBT):
         if verdict.verdict == "adequate" and (strange := strangers(verdict, ground)):
             warnings = [*plain.warnings, told(strange)]
@@ -216,6 +217,14 @@ def _chance(body: Hypothesis, measured: Measured) -> float:
         return float(whole)
     alone = pull[K] ** 2 / (1 - measured.weight[K] / measured.weight.sum())
     return float(2 * min(whole, chi2_law.sf(alone, 1)))
+
+
+def _bends(final: TimeFit) -> bool:
+    """Whether what acts changes shapes and pitches, too: all that is the camera's, and a force at a
+    place do; what acts all over the body does not.
+    """
+    acting = [e for e in final.law.effects if e.layer in ("time", "camera")]
+    return any(e.acceleration is None for e in acting)
 
 
 def _mends_all(one: Suspect, measured: Measured) -> bool:
