@@ -54,7 +54,12 @@ def starts(theta: np.ndarray) -> list[np.ndarray]:
     own, place = theta[:2], theta[2:]
     return [
         np.r_[own[0] * more, own[1], share, np.log(pace), place]
-        for more, share, pace in ((1.5, 0.4, 0.1), (3.0, 0.7, 0.1), (3.0, 0.7, 0.3))
+        for more, share, pace in (
+            (1.5, 0.4, 0.1),
+            (1.5, 0.4, 0.2),
+            (3.0, 0.7, 0.1),
+            (3.0, 0.7, 0.3),
+        )
     ]
 
 
