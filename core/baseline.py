@@ -239,6 +239,9 @@ def _planes(moved: np.ndarray, first: np.ndarray) -> np.ndarray:
     rest = moved[:, :, 1:] - along[:, :, None] * own[:, None]
     across = np.linalg.svd(rest, full_matrices=False)[0][:, :, :1] if own.size else rest
     sideways = np.einsum("qin,qik->qk", across, rest)
+    if own.size:  # the other way is the same plane
+        most = np.abs(sideways).argmax(axis=1)[:, None]
+        sideways = sideways * np.sign(np.take_along_axis(sideways, most, axis=1))
     both = np.stack([own, sideways], axis=1) / first[:, None, None]
     if not own.size:
         return both[:0]

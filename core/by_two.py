@@ -44,7 +44,7 @@ def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
     if both:
         # where the best itself is off ahead, being so tells nothing against its rivals
         rivals = nearly if strays(both[0].found) else both
-        return unless_it_weakens(_two(chain, both[0], rivals, ranked, able), able)
+        return unless_it_weakens(_two(chain, both[0], rivals, ranked, able), [*strong, *able])
     if nearly and beats_single(nearly[0], strong, over):
         return replace(_two(chain, nearly[0], nearly, ranked, able), verdict="unexplained")
     part = [c for c in strong[:1] if c.share > 0.3 and not c.held_share < 0.3]

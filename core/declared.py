@@ -7,6 +7,7 @@ from .effects import TIME_EFFECTS
 from .law import TimeFit
 from .race import race
 from .read_off import read_off
+from .rub import in_plane
 from .side_by_side import in_step_by_parts
 from .time_layer import entries, judge
 from .timefit import sharp
@@ -27,5 +28,5 @@ def with_declared(start: TimeFit, names: tuple[str, ...]) -> TimeFit:
         tried = in_step_by_parts([partial(race, one) for one in begun])
         if tried:
             best = max(tried, key=lambda found: judge((name,), found, start).evidence)
-            start = with_branch(sharp(best), 1)
+            start = in_plane(with_branch(sharp(best), 1), 1)
     return start

@@ -24,8 +24,8 @@ from .unmatched import acts
 from .verdict import Verdict
 
 DOUBT = 1e-3  # chance below which pitches and shapes do not fit the declared body
+FITS = 0.05  # chance from which they fit a changed one
 SLIGHT = 0.01  # of the motion, rms, and of a pitch, up to which what acts in time is a trifle
-FITS = 0.05  # the same, from which a body fits them
 EVIDENCE = 10.0  # gain in BIC (Kass and Raftery 1995: very strong)
 ENOUGH = 0.6  # share of the misfit that an effect of the body must take
 NEARLY = 0.8  # of the best one's gain makes a twin
@@ -220,8 +220,8 @@ def _chance(body: Hypothesis, measured: Measured) -> float:
 
 
 def _bends(final: TimeFit) -> bool:
-    """Whether what acts changes shapes and pitches, too: all that is the camera's, and a force at a
-    place do; what acts all over the body does not.
+    """Whether what acts may change shapes and pitches, too: all but what acts on every mode in its
+    own shape, as drag and a stiffness that drifts do.
     """
     acting = [e for e in final.law.effects if e.layer in ("time", "camera")]
     return any(e.acceleration is None for e in acting)

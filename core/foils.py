@@ -60,7 +60,7 @@ def weakens_rather(declared: TimeFit, both: TimeFit, rub: Candidate) -> bool:
 def _weakened(plain: TimeFit) -> TimeFit:
     """The fit with a rub that may weaken in place of its last effect, a plain one."""
     begins = weakening_friction.starts(plain.theta[-1][0])
-    along = plain.law.effects[-1].ways == 1
+    along = plain.law.effects[-1].axes == 1
     foil = weakening_friction.FOIL if along else weakening_friction.IN_PLANE
     law, starts = swapped(plain, foil, begins)
     return best_fit(law, starts, evaluations=20)

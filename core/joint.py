@@ -12,7 +12,7 @@ from .declared import with_declared
 from .effects.partner import is_of
 from .further import with_further, with_left_out, without_runaways
 from .law import TimeFit
-from .lens import known_of, straightened
+from .lens import fitted, straightened
 from .listen import listen, listen_from
 from .match import (
     PAIR,
@@ -84,21 +84,22 @@ def hear(body: Body, find_release) -> Heard:
     Raises RecordingError as `listen` does.
     """
     ground, rings = _listened(body, find_release)
-    takes, condition, fitted = ground.takes, ground.condition, ground.fitted
     matches = _matches(ground, rings)
     later, late = _outlived(ground, rings, matches)
-    if later is not ground:
-        ground, rings = later, late
+    sitting = seated(later, late)
+    if sitting is not ground:
+        ground, rings = sitting, late
         matches = _matches(ground, rings)
-    heard = {condition[i]: rings[i].frequency for i in reversed(fitted)}
+    takes, condition = ground.takes, ground.condition
+    heard = {condition[i]: rings[i].frequency for i in reversed(ground.fitted)}
     every, matches = matches, common(matches, heard)
     loaded = left_out(ground, rings, every, matches)
-    chosen = [_same_poles(ground, rings, i, matches) for i in fitted]
+    chosen = [_same_poles(ground, rings, i, matches) for i in ground.fitted]
     settled = settle(ground, chosen, matches)
     straight = tuple(_straightened(ground, settled, i) for i in range(len(takes)))
     if any(new is not old for new, old in zip(straight, takes, strict=True)):
         ground = replace(ground, takes=straight)
-        chosen = [_same_poles(ground, rings, i, settled[2]) for i in fitted]
+        chosen = [_same_poles(ground, rings, i, settled[2]) for i in ground.fitted]
         settled = settle(ground, chosen, settled[2])
     return _heard(ground, rings, _whole(ground, settled, rings, loaded))
 
@@ -129,7 +130,7 @@ def nearby(heard: Heard):
 
 
 def _listened(body: Body, find_release) -> tuple[Recorded, tuple]:
-    """The takes and the bodies that they need, loads seated, and every take's ring-down."""
+    """The takes and the bodies that they need, and every take's ring-down."""
     case = body.case
     pairs = [listen(take, find_release) for take in case.takes]
     rings = tuple(ring for _, ring in pairs)
@@ -143,7 +144,7 @@ def _listened(body: Body, find_release) -> tuple[Recorded, tuple]:
         *(build_body(case, body.bare, take, body.carried, body.seats) for take in others),
     )
     fitted = [i for i, d in enumerate(takes) if not d.take.held_out]
-    return seated(Recorded(takes, condition, bodies, fitted), rings), rings
+    return Recorded(takes, condition, bodies, fitted), rings
 
 
 def _matches(ground: Recorded, rings: tuple) -> dict[int, Match]:
@@ -263,7 +264,7 @@ def _straightened(ground: Recorded, settled: tuple, index: int) -> Channels:
     turn, known = turns[ground.condition[index]], None
     data, body = ground.takes[index], ground.bodies[ground.condition[index]]
     if index in ground.fitted:
-        known = known_of(free, ground.fitted.index(index))
+        known = fitted(free, ground.fitted.index(index))
     return data if turn is None else straightened(data, body, turn, known)
 
 

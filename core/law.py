@@ -155,7 +155,7 @@ def bounds(effect: Effect, modes: int, places=None) -> tuple[np.ndarray, np.ndar
     spread = np.full(modes - 1 if effect.force else 0, FARTHEST)
     if len(spread) and places is not None and len(places) > 1:
         spread = np.minimum(spread, BEYOND * np.abs(places).max(axis=0))
-    spread = np.tile(spread, effect.ways)
+    spread = np.tile(spread, effect.axes)
     return np.r_[effect.low, -spread], np.r_[effect.high, spread]
 
 
@@ -172,7 +172,7 @@ def widths(law: Law) -> list[int]:
         low, high = bounds(effect, law.modes)
         middle = ((low + high) / 2)[None]
         width = effect.columns(middle, law.setting, some, u).shape[2] if effect.columns else 0
-        out.append(width + (effect.ways if effect.force else 0))
+        out.append(width + (effect.axes if effect.force else 0))
     return out
 
 

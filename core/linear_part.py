@@ -35,7 +35,7 @@ def march(law: Law, unpacked, data: Channels):
     u, v, traces = swing(omega, zeta, start, time, forces, law.setting, speeds)
     # modes above those that were measured answer a force at once, in a shape of their own
     traced = [e for e, _ in forces if e.force]
-    ends = np.cumsum([0, *(e.ways for e in traced)])
+    ends = np.cumsum([0, *(e.axes for e in traced)])
     columns = [(e, traces[:, :, a:b]) for e, (a, b) in zip(traced, pairwise(ends), strict=True)]
     for effect, theta in pairs:
         if effect.beside:

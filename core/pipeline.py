@@ -108,6 +108,8 @@ def calibrate_case(
         heard = replace(heard, far=far if near else None)
         say(0.8, "Comparing pitches and shapes")
         stiff, sigma = converged()
+    if heard.body.seats != body.seats:  # told once the lens was known
+        stiff, sigma = _stiffening(mesh, heard.body)
     findings = examine(heard, verdict, stiff, sigma)
     say(0.95, "Writing")
     report = _report(case, mesh, heard, verdict, findings, (stiff, sigma, element))

@@ -17,7 +17,7 @@ from .timefit import fit
 
 RIVALS = 3  # candidates, the best ones, that are looked at for such modes
 VIES = 0.95  # of the best one's evidence, from which a candidate vies for its place
-MOSTLY = 0.7  # share of the excess from which two effects may take the rest so
+WORTH = 0.7  # share of the excess that two effects take, from which what they lay bare is sought
 TO_THE_END = 40  # looks that those get which vie
 
 
@@ -51,7 +51,7 @@ def polished(found: list[Candidate], declared: TimeFit, widen: Callable) -> list
 
     Modes that die soon are missed in the first part only.
     """
-    able = [max(c.share, c.held_share) > MOSTLY and n < RIVALS for n, c in enumerate(found)]
+    able = [max(c.share, c.held_share) > WORTH and n < RIVALS for n, c in enumerate(found)]
     return _laid_bare(found, able, declared, widen)
 
 
@@ -62,8 +62,8 @@ def widened(strong: list[Candidate], declared: TimeFit, widen: Callable) -> list
 
 
 def _laid_bare(found: list[Candidate], able: list[bool], declared: TimeFit, widen: Callable):
-    """The candidates, best first, those that are `able` with a second time of a relaxation and with
-    further modes where that is better.
+    """The candidates, best first, those that are `able` with a second time of a relaxation, a rub
+    in a plane and further modes where that is better.
     """
 
     def laid_bare(c):

@@ -6,7 +6,7 @@ from .effects.dry_friction import IN_PLANE
 from .law import TimeFit
 from .refit import lighter, put
 from .residual import NOISY, bic
-from .timefit import best_fit, misfits
+from .timefit import best_fit, misfits, within
 
 SIDEWAYS = (0.5, 2.0)  # share of a higher mode across the line, from which the search begins
 STRONGER = (1.0, 3.0)  # times as strong as along a line, elsewhere on the body
@@ -23,7 +23,7 @@ def in_plane(found: TimeFit, effects: int) -> TimeFit:
     at = [
         i
         for i in range(len(law.effects) - effects, len(law.effects))
-        if law.effects[i].name == IN_PLANE.name and law.effects[i].ways == 1
+        if law.effects[i].name == IN_PLANE.name and law.effects[i].axes == 1
     ]
     if not at or law.modes == 1 or found.chi2 < NOISY * found.samples:
         return found
@@ -36,8 +36,10 @@ def in_plane(found: TimeFit, effects: int) -> TimeFit:
     starts = []
     for thetas in filter(None, (beside, elsewhere)):
         # what rubs sideways was put down to the damping of what swings that way
-        both = [put(one, at[0], IN_PLANE, thetas) for one in (found, lighter(found))]
-        law, some = both[0][0], np.vstack([some for _, some in both])
+        ones = (found,) if law.damping == "none" else (found, lighter(found))
+        both = [put(one, at[0], IN_PLANE, thetas) for one in ones]
+        law = both[0][0]
+        some = np.unique(within(law, np.vstack([some for _, some in both])), axis=0)
         starts += [*some[np.argsort(misfits(law, some, found.samples))[:RUNNERS]]]
     wider = best_fit(law, np.array(starts), evaluations=20)
     less = found.chi2 - wider.chi2 > SHARE * (found.chi2 - found.samples)

@@ -14,8 +14,9 @@ from scipy.linalg import eigh
 from .body import Body, build_body
 from .data import Modes, replace
 from .elasticity import PLAIN, UNKNOWN, Seat, lump_operator, lump_radius
+from .errors import DataError
 from .factorization import factorize
-from .match import match_modes, pursue
+from .match import match_modes, pursue, true_pitches
 from .settle import Recorded
 
 SEATS = (
@@ -23,7 +24,7 @@ SEATS = (
     *(Seat(width, True) for width in (0.5, 1.5, 2.0, 3.0)),
     *(Seat(width, False) for width in (1.0, 1.25, 1.5, 2.0)),
 )
-PITCHES = 3  # heard, at least: a modulus and a seat together mend any two
+PITCHES = 4  # heard under loads, at least: nine seats and a modulus mend any three
 LOUD = 0.02  # of the motion, that a pole takes whose pitch is asked
 MOST = 0.1  # that a pitch counts as off, where none computed is near
 OFF = 0.001  # that pitches are off in the mean, less than which asks for no other seat
@@ -40,26 +41,30 @@ def seated(ground: Recorded, rings: tuple) -> Recorded:
     laden = [c for c, i in asked.items() if ground.takes[i].take.loads]
     if not laden or any(b.seats != UNKNOWN for b in ground.bodies):
         return ground
-    seats = told_by_pitches(_heard_pitches(ground, rings, asked))
-    if seats is None:
-        return ground
     takes = {c: data.take for c, data in zip(ground.condition, ground.takes, strict=True)}
-    bodies = [
-        build_body(body.case, body.bare, takes[c], body.carried, seats) if takes[c].loads else body
-        for c, body in enumerate(ground.bodies)
-    ]
-    return replace(ground, bodies=tuple(bodies))
+    try:
+        seats = told_by_pitches(_heard_pitches(ground, rings, asked), laden)
+        bodies = [
+            build_body(body.case, body.bare, takes[c], body.carried, seats or UNKNOWN)
+            if seats and takes[c].loads
+            else body
+            for c, body in enumerate(ground.bodies)
+        ]
+    except DataError:  # on another seat it would not bear its own weight
+        return ground
+    return replace(ground, bodies=tuple(bodies)) if seats else ground
 
 
-def told_by_pitches(off: dict[Seat, dict]) -> tuple[Seat, ...] | None:
+def told_by_pitches(off: dict[Seat, dict], laden: list[int]) -> tuple[Seat, ...] | None:
     """The seat with which the pitches are right, and those that do nearly as well; None where the
     assumed one does, or none does.
 
-    off: per seat and pole how much of the motion the pole takes and the logarithm of its pitch
-    over the computed one, whatever the modulus; a pole that no computed mode is like is not there.
+    off: per seat and pole, by its condition and its place in the ring-down, how much of the motion
+    the pole takes and the logarithm of its pitch over the computed one, whatever the modulus; a
+    pole that no computed mode is like is not there. laden: the conditions with loads.
     """
     gains = {p: gain for told in off.values() for p, (gain, _) in told.items() if gain > LOUD}
-    if len(gains) < PITCHES:
+    if sum(c in laden for c, _ in gains) < PITCHES:
         return None
     wrong = {seat: _astray(gains, told) for seat, told in off.items()}
     order = sorted(wrong, key=wrong.get)
@@ -82,7 +87,7 @@ def _astray(gains: dict, told: dict) -> float:
 
 
 def _heard_pitches(ground: Recorded, rings: tuple, asked: dict[int, int]) -> dict[Seat, dict]:
-    """What `told_by_pitches` asks for; a pole by its condition and its place in the ring-down."""
+    """What `told_by_pitches` asks for."""
     out = {seat: {} for seat in SEATS}
     for c, i in asked.items():
         data, ring, body = ground.takes[i], rings[i], ground.bodies[c]
@@ -95,9 +100,11 @@ def _heard_pitches(ground: Recorded, rings: tuple, asked: dict[int, int]) -> dic
             match = match_modes(
                 ring, chase, own.frequency, body.seen(data, own.shapes), 1 / data.frame
             )
+            heard = ring.frequency[list(match.poles)]
+            true = true_pitches(heard, match.modes, own.frequency, 1 / data.frame)
             told |= {
-                (c, p): (gain[p], float(np.log(ring.frequency[p] / own.frequency[j])))
-                for p, j in zip(match.poles, match.modes, strict=True)
+                (c, p): (gain[p], float(np.log(f / own.frequency[j])))
+                for p, j, f in zip(match.poles, match.modes, true, strict=True)
                 if j is not None
             }
     return out

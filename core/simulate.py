@@ -207,15 +207,15 @@ class _Push:
             if not effect.force:
                 self.parts.append((at, effect.acceleration(theta, setting), None))
                 continue
-            couple = np.zeros((effect.ways, len(setting.omega), len(theta)))
+            couple = np.zeros((effect.axes, len(setting.omega), len(theta)))
             couple[0, 0] = 1.0
-            couple[:, 1:] = np.reshape(theta[:, len(effect.low) :].T, (effect.ways, -1, len(theta)))
-            past = self.past[effect] = np.zeros((effect.ways, count + 1, ends[-1]))
+            couple[:, 1:] = np.reshape(theta[:, len(effect.low) :].T, (effect.axes, -1, len(theta)))
+            past = self.past[effect] = np.zeros((effect.axes, count + 1, ends[-1]))
             drive = couple * setting.masses[:, None]
-            if effect.ways == 1:
+            if effect.axes == 1:
                 alone = len(couple[0]) == 1  # one mode moves every place alike
                 couple, drive = None if alone else np.repeat(couple, 2, axis=0), drive[0]
-            own = effect.ways, couple, drive, past
+            own = effect.axes, couple, drive, past
             self.parts.append((at, effect.force(theta, setting), own))
 
     def kick(self, state, i: int, h: float, out) -> None:
@@ -229,8 +229,8 @@ class _Push:
             if own is None:
                 out[:, at] += push(State(u, v, i * h, h, u[0], v[0]))
                 continue
-            ways, couple, drive, past = own
-            if ways > 1:
+            axes, couple, drive, past = own
+            if axes > 1:
                 x, dx = np.einsum("skb,wkb->swb", here, couple)
                 f = past[:, i, at] = push(State(u, v, i * h, h, x, dx))
                 out[:, at] += np.einsum("wb,wkb->kb", f, drive)

@@ -42,7 +42,7 @@ def with_weight(body: Body, hear: Callable[[Body], Heard]) -> Heard:
         known = heard.body.carried
         if known and abs(np.log(modulus / known)) < SAME:
             break
-        heard = hear(_standing(body, modulus))
+        heard = hear(_standing(body, modulus, heard.body.seats))
     return heard
 
 
@@ -57,14 +57,16 @@ def _modulus(body: Body, weight, heard: Heard) -> float | None:
     return float(modulus) if modulus > 0 else None
 
 
-def _standing(body: Body, modulus: float) -> Body:
+def _standing(body: Body, modulus: float, seats: tuple) -> Body:
     """The body with its weight, with that modulus or the least one with which it stands.
+
+    seats: how its loads sit, and how else they may.
 
     Raises DataError as `build_body` does, where none is enough.
     """
     for _ in range(TRIES):
         try:
-            return build_body(body.case, body.bare, body.case.takes[0], modulus)
+            return build_body(body.case, body.bare, body.case.takes[0], modulus, seats)
         except DataError:
             modulus *= STIFFER
-    return build_body(body.case, body.bare, body.case.takes[0], modulus)
+    return build_body(body.case, body.bare, body.case.takes[0], modulus, seats)

@@ -95,7 +95,7 @@ class Effect:
     Time layer, in inner parameters theta (B, p), which are dimensionless (see each file):
       force(theta, setting) -> (State -> (B,))        at one place on the body, per first modal
           mass; where the place is (its share in the higher modes) is fitted too; what it returns
-          is called once a step, and may remember. In two `ways`: (2, B), of a State with (2, B)
+          is called once a step, and may remember. With two `axes`: (2, B), of a State with (2, B)
       acceleration(theta, setting) -> (State -> (K, B))  the same, spread over the modes by itself
       columns(theta, setting, time, u) -> (B, T, q)   motion with a free shape
       beside(theta, omega, zeta, time) -> (B, T, q)   the same, of the modes' own pitches (B, K) as
@@ -118,7 +118,7 @@ class Effect:
     high: tuple[float, ...] = ()
     starts: Callable | None = None
     force: Callable | None = None
-    ways: int = 1  # directions of the force at its place; mode 1 moves that along the first alone
+    axes: int = 1  # of the force at its place; mode 1 moves that along the first one alone
     acceleration: Callable | None = None
     scales: bool = False  # theta's first number is the strength, either way of which it may act
     damps: bool = False  # what it takes away, a fit without it puts down to the damping ratios
@@ -156,7 +156,7 @@ class State:
     v: np.ndarray  # (K, B) m/s
     t: float  # s
     h: float  # s, the step
-    x: np.ndarray  # (B,) m at the effect's place, as mode 1 moves the reference; (2, B) of two ways
+    x: np.ndarray  # (B,) m at the effect's place, as mode 1 moves the reference; (2, B) of two axes
     dx: np.ndarray  # the same, m/s
 
 

@@ -75,4 +75,4 @@ EFFECT = Effect(
     veto=too_faint,
 )
 
-IN_PLANE = replace(EFFECT, force=force_in_plane, ways=2)
+IN_PLANE = replace(EFFECT, force=force_in_plane, axes=2)

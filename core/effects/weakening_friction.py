@@ -46,7 +46,7 @@ FOIL = Effect(
     sudden=True,
 )
 
-IN_PLANE = replace(FOIL, force=force_in_plane, ways=2)
+IN_PLANE = replace(FOIL, force=force_in_plane, axes=2)
 
 
 def starts(theta: np.ndarray) -> list[np.ndarray]:

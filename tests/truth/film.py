@@ -83,6 +83,8 @@ def quickest(system, state, acting) -> float:
                 reach = np.sqrt(2 * energy * (row @ np.linalg.solve(system.K, row)))
                 light = row @ np.linalg.solve(system.M, row)
                 rates.append(np.sqrt(one.steepest(reach) * light))
+        if hasattr(one, "fastest"):
+            rates.append(one.fastest(one.row @ np.linalg.solve(system.M, one.row)))
     return max(rates)
 
 

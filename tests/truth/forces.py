@@ -2,7 +2,8 @@
 
 `row` (r,) is the motion of a node in one direction: its displacement is row . q, and a
 force F there does the generalized work row * F. `steepest(reach)` is the most, N/m, by which a
-force at a node grows within `reach` m of its rest: what a step of the integrator must resolve.
+force at a node grows within `reach` m of its rest: what a step of the integrator must resolve;
+so is `fastest(light)`, a rate.
 """
 
 from dataclasses import dataclass, field
@@ -123,6 +124,10 @@ class Brake:
     def force(self, q, v, t):
         near = np.exp(-((self.row @ q / self.reach) ** 2))
         return -self.row * (self.damping * near * (self.row @ v))
+
+    def fastest(self, light):
+        """1/s at which it stops a node of that mobility, 1/kg."""
+        return self.damping * light
 
 
 @dataclass(eq=False)

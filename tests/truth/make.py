@@ -1,6 +1,6 @@
 """`make(kind, seed, folder)`: one case on disk and, returned only, what is really in it.
 
-kind: an effect's name, "null", "two:a+b", "absent:x", "twin:a|b" or "trap:x".
+kind: an effect's name, "null", "plane:x", "two:a+b", "absent:x", "twin:a|b" or "trap:x".
 """
 
 import copy
