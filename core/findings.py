@@ -18,7 +18,7 @@ from .modal_layer import Suspect, suspects
 from .report import estimate
 from .residual import Error, errors
 from .stranger import strangers, told
-from .sufficiency import ASTRAY, gained, strays
+from .sufficiency import ASTRAY, CLEARLY, gained, strays
 from .turned import weighs
 from .unmatched import acts
 from .verdict import Verdict
@@ -162,7 +162,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     if not good or misleads(with_it, before, free):
         return replace(plain, verdict="unexplained", before=before, misfit=misfit, doubtful=True)
     best, left = good[0], leaves(with_it, before, free)
-    outweighed = before.fit > OUTWEIGHS * free.fit
+    outweighed = _outweighs(before, free, verdict)
     clear = verdict.verdict != "unexplained" or outweighed
     clear = clear and mended and not strays(verdict.final, ASTRAY)
     found = "explained" if clear and left <= LEFT else "unexplained"
@@ -180,6 +180,15 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         moduli=_moduli(best, heard),
         doubtful=left > LEFT,
     )
+
+
+def _outweighs(before: Error, free: Error, verdict: Verdict) -> bool:
+    """Whether what the body misses is so much more than what free modes do that these decide
+    nothing: fitted, and held out where they are clearly off.
+    """
+    off = strays(verdict.damped, CLEARLY)
+    ahead = not off or before.held_out > OUTWEIGHS * free.held_out
+    return before.fit > OUTWEIGHS * free.fit and ahead
 
 
 def _alike(modes, heard: Heard) -> bool:

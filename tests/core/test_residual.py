@@ -8,6 +8,7 @@ import pytest
 
 from core.body_error import body_error, leaves, mends, misleads
 from core.channels import Channels
+from core.findings import _outweighs
 from core.residual import Error, error_of
 
 FRAMES, RATE = 300, 100
@@ -112,3 +113,16 @@ def test_a_computed_pitch_is_forgiven_what_it_may_be_off_by_and_no_more():
     )  # fmt: skip
     assert within.held_out == pytest.approx(0.0, abs=1e-3)
     assert within.held_out < little.held_out < 0.05 < 0.3 < much.held_out
+
+
+@pytest.mark.parametrize(("held", "told"), [(0.0, True), (0.3, False)])
+def test_a_body_decides_alone_only_where_nothing_else_is_off_ahead(held, told):
+    """What was fitted says that the body is wrong, and hardly what else is."""
+    data = waving("one", 1.0)
+    found = SimpleNamespace(
+        law=SimpleNamespace(takes=(data,)), predicted=(missed(data, 0.01, held),)
+    )  # fmt: skip
+    free = error_of((data,), found.predicted)
+    verdict = SimpleNamespace(damped=found)
+    assert _outweighs(Error(0.5, 0.4), free, verdict) is told
+    assert not _outweighs(Error(0.5, 0.04), free, verdict)
