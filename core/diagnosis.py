@@ -14,6 +14,7 @@ from functools import partial
 from .by_two import by_two, unless_it_weakens
 from .damping import find_damping, is_needless
 from .decidable import undecidable
+from .exchange import exchanged_alone
 from .foils import is_broken, weakens
 from .forgotten import more_modes
 from .law import TimeFit
@@ -120,7 +121,7 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     if over < MATERIAL and declared.chi2 < QUIET * declared.samples and not fails(declared):
         return Verdict("adequate", chain, (), (), (), ())
     found, left = singles(start, declared)
-    able = to_their_end(found, declared)
+    able = to_their_end(exchanged_alone(found, declared), declared)
     ranked = tuple(c for c in able if not c.outdone)
     seen = [c for c in ranked if c.evidence > EVIDENCE]
     strong = [c for c in seen if gained(declared, c.found) >= MATERIAL or shows(c, declared)]

@@ -1,9 +1,11 @@
-"""An effect's twin in its place, beside another effect, from where the two stand.
+"""An effect's twin in its place, alone or beside another effect, from where it stands.
 
 What two effects look like apart is no guide to where they stand together: a search that began with
-one of two twins alone may have no way to the other. From the best fit of two it is a short one.
+one of two twins alone may have no way to the other. From the best fit of two it is a short one. So
+is that from what bends a pitch to what else bends it so.
 """
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -13,6 +15,7 @@ from .effects.base import Effect
 from .effects.further_mode import ran_off
 from .law import TimeFit
 from .refit import swapped, turned
+from .residual import QUIET
 from .side_by_side import in_step_by_parts
 from .sufficiency import ENOUGH
 from .time_layer import Candidate, able, begins_of, judge, refuted, stands_in
@@ -20,6 +23,30 @@ from .timefit import best_fit, misfits
 
 RUNNERS = 2  # starting places of a twin that are fitted
 LOOKS = 20
+
+
+def exchanged_alone(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
+    """The single effects, best first, with those that the best one's twins make in its place, where
+    that leaves something.
+    """
+    best = next((c for c in found if not c.outdone), None)
+    if best is None or best.found.chi2 < QUIET * best.found.samples:
+        return found
+    twins = [
+        effect
+        for effect in able(declared, TIME_EFFECTS)
+        if effect.name in best.found.law.effects[-1].twins
+    ]
+    tries = in_step_by_parts([partial(_put, best.found, effect) for effect in twins])
+    kept = {c.names: c for c in found}
+    for one in tries:
+        if refuted(one) or (ran_off(one) and not ran_off(best.found)):
+            continue
+        candidate = judge((one.law.effects[-1].name,), one, declared)
+        before = kept.get(candidate.names, candidate)
+        kept[candidate.names] = max(before, candidate, key=lambda c: c.evidence)
+    out = sorted(kept.values(), key=lambda c: -c.evidence)
+    return [replace(c, outdone=c.outdone or stands_in(c, out)) for c in out]
 
 
 def exchanged(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
@@ -47,11 +74,16 @@ def exchanged(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
 def _instead(found: TimeFit, at: int, effect: Effect) -> TimeFit | None:
     """The fit with `effect` in the place of number `at`, as the last one; None where it is none."""
     found = found if at == -1 else turned(found)
+    best = _put(found, effect)
+    strayed = ran_off(best) and not ran_off(found)
+    return None if strayed or refuted(best) or refuted(turned(best)) else best
+
+
+def _put(found: TimeFit, effect: Effect) -> TimeFit:
+    """The best fit with `effect` in the last one's place."""
     ways = (1.0, -1.0) if effect.scales else (1.0,)
     begins = [(way * b[0], *b[1:]) if effect.scales else b
               for way in ways for b in begins_of(effect, found, None)]  # fmt: skip
     law, starts = swapped(found, effect, begins)
     first = np.argsort(misfits(law, starts, found.samples))[:RUNNERS]
-    best = best_fit(law, starts[first], evaluations=LOOKS)
-    strayed = ran_off(best) and not ran_off(found)
-    return None if strayed or refuted(best) or refuted(turned(best)) else best
+    return best_fit(law, starts[first], evaluations=LOOKS)

@@ -27,6 +27,7 @@ from core.effects import (
     weakening_friction,
 )
 from core.effects.base import FINE
+from core.exchange import exchanged_alone
 from core.foils import weakens, weakens_rather
 from core.law import bounds
 from core.linear_part import solve
@@ -401,6 +402,21 @@ def test_high_modes_see_as_many_steps_as_they_need():
         return swing(*given, [(contact.ABOVE, theta)], replace(two, steps=steps))[0]
 
     assert np.abs(at(COARSE) - at(64 * FINE)).max() < 0.03 * AMPLITUDE
+
+
+@pytest.mark.parametrize(
+    ("force", "wrong", "right"),
+    [(Stop(0.6, 1.0), large_amplitude.EFFECT, "contact"),
+     (Backbone(0.04, 0.3), contact.ABOVE, "large_amplitude")],
+    ids=["a stop", "a backbone"],
+)  # fmt: skip
+def test_what_bends_the_pitch_otherwise_is_tried_in_the_place_of_its_twin(force, wrong, right):
+    found = declared(channels(moved(force)))
+    only = judge((wrong.name,), raced(found, wrong), found)
+    best, *_ = exchanged_alone([only], found)
+    assert best.names == (right,)
+    assert best.found.chi2 < 1.1 * best.found.samples < only.found.chi2
+    assert exchanged_alone([best], found) == [best]  # it leaves nothing
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
