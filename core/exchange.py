@@ -15,7 +15,7 @@ from .effects.base import Effect
 from .effects.further_mode import ran_off
 from .law import TimeFit
 from .refit import swapped, turned
-from .residual import QUIET
+from .residual import NOISY, QUIET
 from .side_by_side import in_step_by_parts
 from .sufficiency import ENOUGH
 from .time_layer import Candidate, able, begins_of, judge, refuted, stands_in
@@ -27,7 +27,7 @@ LOOKS = 20
 
 def exchanged_alone(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
     """The single effects, best first, with those that the best one's twins make in its place, where
-    that leaves something.
+    that leaves something and they nothing.
     """
     best = next((c for c in found if not c.outdone), None)
     if best is None or best.found.chi2 < QUIET * best.found.samples:
@@ -40,7 +40,8 @@ def exchanged_alone(found: list[Candidate], declared: TimeFit) -> list[Candidate
     tries = in_step_by_parts([partial(_put, best.found, effect) for effect in twins])
     kept = {c.names: c for c in found}
     for one in tries:
-        if refuted(one) or (ran_off(one) and not ran_off(best.found)):
+        strayed = ran_off(one) and not ran_off(best.found)
+        if one.chi2 > NOISY * one.samples or strayed or refuted(one):
             continue
         candidate = judge((one.law.effects[-1].name,), one, declared)
         before = kept.get(candidate.names, candidate)
