@@ -165,6 +165,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     outweighed = _outweighs(before, free, verdict)
     clear = verdict.verdict != "unexplained" or outweighed
     clear = clear and mended and not strays(verdict.final, ASTRAY)
+    clear = clear and best.hypothesis.chi2 < CLEAR * pieces
     found = "explained" if clear and left <= LEFT else "unexplained"
     return replace(
         plain,

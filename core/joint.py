@@ -39,6 +39,7 @@ LESS = 0.5  # of that, rms, is then left at most
 SHOWN = 0.7  # of that, rms, is left at most when it shows
 AUDIBLE = 0.05  # of the motion, rms, that must be left for that
 FAINT = 0.02  # of the strongest mode's swing: below, a partner is not looked for
+MORE = 1.1  # times the misfit, from which another seat of the loads leaves more
 LADEN = 1.5  # of how far a load parts a pair as computed: its place and width are not sure
 SEAT = 0.1  # of how far a load shifts a pitch, that its place and width may part a pair by
 HELD_PERIODS = 2.0  # of the first mode, from which the start of a held-out take is fitted
@@ -79,17 +80,28 @@ def damping_law(declared: tuple[str, ...]) -> str:
 def hear(body: Body, find_release) -> Heard:
     """Listen to every take, match its modes, and fit the declared law to those not held out.
 
-    `body`: with the loads of the first take.
+    `body`: with the loads of the first take. Where its pitches tell that these sit otherwise, they
+    do, unless that leaves more of what was heard: which modes a load parts hangs on it, too.
 
     Raises RecordingError as `listen` does.
     """
     ground, rings = _listened(body, find_release)
     matches = _matches(ground, rings)
     later, late = _outlived(ground, rings, matches)
-    sitting = seated(later, late)
-    if sitting is not ground:
-        ground, rings = sitting, late
+    if later is not ground:
+        ground, rings = later, late
         matches = _matches(ground, rings)
+    heard = _hear(ground, rings, matches)
+    sitting = seated(ground, rings)
+    if sitting is ground:
+        return heard
+    other = _hear(sitting, rings, _matches(sitting, rings))
+    noise = NOISY * heard.free.samples
+    return other if other.free.chi2 < max(MORE * heard.free.chi2, noise) else heard
+
+
+def _hear(ground: Recorded, rings: tuple, matches: dict[int, Match]) -> Heard:
+    """The takes heard on these bodies, by modes matched so."""
     takes, condition = ground.takes, ground.condition
     heard = {condition[i]: rings[i].frequency for i in reversed(ground.fitted)}
     every, matches = matches, common(matches, heard)
