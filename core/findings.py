@@ -165,8 +165,8 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     outweighed = _outweighs(before, free, verdict)
     clear = verdict.verdict != "unexplained" or outweighed
     clear = clear and mended and not strays(verdict.final, ASTRAY)
-    clear = clear and best.hypothesis.chi2 < CLEAR * pieces
-    found = "explained" if clear and left <= LEFT else "unexplained"
+    fits = left <= LEFT and best.hypothesis.chi2 < CLEAR * pieces
+    found = "explained" if clear and fits else "unexplained"
     return replace(
         plain,
         verdict=found,
@@ -179,7 +179,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         instead=("split_modes",) if mended else (),  # a changed body parts its own pairs
         mesh_pitch=_mesh_pitch(best, heard, stiff),
         moduli=_moduli(best, heard),
-        doubtful=left > LEFT,
+        doubtful=not fits,
     )
 
 
