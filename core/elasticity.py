@@ -136,10 +136,15 @@ def add_loads(model: ElasticModel, loads: tuple[Load, ...], seat: Seat = PLAIN) 
     """The body with lumped masses fixed to it: M + Σ m NᵀN, N the mean motion under the load."""
     mass = model.mass
     for load in loads:
-        radius = seat.width * lump_radius(load.mass)
-        N = lump_operator(model, load.position[None], radius, over_foot=seat.over_foot)
+        N = load_operator(model, load, seat)
         mass = mass + load.mass * (N.T @ N)
     return replace(model, mass=mass.tocsr())
+
+
+def load_operator(model: ElasticModel, load: Load, seat: Seat) -> sparse.csr_matrix:
+    """(3, 3P): displacement (m) of a load that sits so."""
+    radius = seat.width * lump_radius(load.mass)
+    return lump_operator(model, load.position[None], radius, over_foot=seat.over_foot)
 
 
 def lump_radius(mass: float) -> float:

@@ -74,10 +74,8 @@ def _displacement(data: Channels, moved, seen, known: Fitted, bent) -> np.ndarra
     """(T, n, 3) m of the markers: across the view as the modes are seen to move, towards the lens
     as their computed shapes `moved` (n, 3, K), `seen` (C, K), do.
     """
-    shown, each = (
-        np.where(data.support, 0.0, known.shown),
-        data.directions.reshape(len(moved), 2, 3),
-    )
+    shown = np.where(data.support, 0.0, known.shown)
+    each = data.directions.reshape(len(moved), 2, 3)
     own = np.einsum("kc,ck->k", shown, seen) / np.maximum((seen**2).sum(axis=0), 1e-300)
     across = np.linalg.pinv(each) @ shown.T.reshape(len(moved), 2, -1)
     ray = np.cross(each[:, 0], each[:, 1])

@@ -3,7 +3,7 @@
 Law         M + Σ m NᵀN, N the mean motion of a patch; the patch is what is chosen
 Looks like  pitches of the loaded body whose ratios no modulus mends: under a load at a rim the body
             gives way the more the narrower the load sits, and a pair is parted the more
-Twins       a load of another mass, where one pitch is heard: then it sits as it was assumed to
+Twins       a load of another mass, where few pitches are heard: then it sits as it was assumed to
 Source      Johnson, Contact Mechanics, ch. 3; Craig and Kurdila, Fundamentals of Structural
             Dynamics, ch. 17 (residual attachment modes)
 """
@@ -13,7 +13,7 @@ from scipy.linalg import eigh
 
 from .body import Body, build_body
 from .data import Modes, replace
-from .elasticity import PLAIN, UNKNOWN, Seat, lump_operator, lump_radius
+from .elasticity import PLAIN, UNKNOWN, Seat, load_operator
 from .errors import DataError
 from .factorization import factorize
 from .match import match_modes, pursue, true_pitches
@@ -44,15 +44,17 @@ def seated(ground: Recorded, rings: tuple) -> Recorded:
     takes = {c: data.take for c, data in zip(ground.condition, ground.takes, strict=True)}
     try:
         seats = told_by_pitches(_heard_pitches(ground, rings, asked), laden)
+        if seats is None:
+            return ground
         bodies = [
-            build_body(body.case, body.bare, takes[c], body.carried, seats or UNKNOWN)
-            if seats and takes[c].loads
+            build_body(body.case, body.bare, takes[c], body.carried, seats)
+            if takes[c].loads
             else body
             for c, body in enumerate(ground.bodies)
         ]
     except DataError:  # on another seat it would not bear its own weight
         return ground
-    return replace(ground, bodies=tuple(bodies)) if seats else ground
+    return replace(ground, bodies=tuple(bodies))
 
 
 def told_by_pitches(off: dict[Seat, dict], laden: list[int]) -> tuple[Seat, ...] | None:
@@ -116,13 +118,8 @@ def on_seats(body: Body, loads: tuple) -> dict[Seat, Modes]:
     """
     model, free = body.model, body.model.free
     operators = {
-        seat: [
-            lump_operator(model, load.position[None], seat.width * lump_radius(load.mass),
-                          over_foot=seat.over_foot)[:, free]
-            for load in loads
-        ]
-        for seat in SEATS
-    }  # fmt: skip
+        seat: [load_operator(model, load, seat)[:, free] for load in loads] for seat in SEATS
+    }
     points = np.repeat(model.points, 3, axis=0)[free]
     K = model.stiffness[free][:, free]
     pushes = np.hstack([N.toarray().T for seat in operators.values() for N in seat])
