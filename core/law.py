@@ -63,7 +63,7 @@ class Law:
 
     def sizes(self) -> tuple[int, int, int]:
         """Numbers of parameters for pitch and damping, starts, effects."""
-        inner = sum(len(bounds(e, self.modes)[0]) for e in self.effects)
+        inner = sum(numbers(e, self.modes) for e in self.effects)
         pitches = max(self.pitch[i] for i in self.fitted) + 1
         return 2 * self.modes * pitches, 2 * self.modes * len(self.fitted), inner
 
@@ -146,6 +146,11 @@ class TimeFit:
         return self.coefficients[:, : self.law.modes].T
 
 
+def numbers(effect: Effect, modes: int) -> int:
+    """How many inner parameters it has: its own, and where a force sits."""
+    return len(effect.low) + (effect.axes * (modes - 1) if effect.force else 0)
+
+
 def bounds(effect: Effect, modes: int, places=None) -> tuple[np.ndarray, np.ndarray]:
     """Of the inner parameters: its own, then where a force sits, by its share in higher modes.
 
@@ -179,7 +184,7 @@ def widths(law: Law) -> list[int]:
 def split_inner(law: Law, theta):
     out, at = [], 0
     for effect in law.effects:
-        width = len(bounds(effect, law.modes)[0])
+        width = numbers(effect, law.modes)
         out.append(theta[:, at : at + width])
         at += width
     return out

@@ -189,9 +189,11 @@ def _coefficients(gram: np.ndarray, right: np.ndarray, barred: np.ndarray) -> np
     gram = gram / (scale[:, :, :, None] * scale[:, :, None])
     right = right / scale
     out = np.empty_like(right)
-    kinds, of = np.unique(barred, axis=0, return_inverse=True)
-    for k, kind in enumerate(kinds):
-        alike = of.ravel() == k
+    kinds = {}
+    for n, kind in enumerate(barred):
+        kinds.setdefault(kind.tobytes(), []).append(n)
+    for some in kinds.values():
+        alike, kind = slice(None) if len(kinds) == 1 else some, barred[some[0]]
         own = gram if gram.shape[1] == 1 else gram[:, alike]
         own = own + np.diag(np.where(kind, 1e12, 1e-11))
         y = right[:, alike]
@@ -222,26 +224,34 @@ def _ties(law: Law, P: np.ndarray) -> np.ndarray:
 
 def left_over(law: Law, P: np.ndarray, solved: Solved) -> np.ndarray:
     """(B, R) as `residuals`, of what is solved at P."""
-    coefficients, bases, uses = solved.coefficients, solved.bases, solved.uses
-    held = _held(law, P, coefficients)
-    ends = np.cumsum([0, *(use.sum() for use in uses)])
+    held = _held(law, P, solved.coefficients)
+    ends = np.cumsum([0, *(use.sum() for use in solved.uses)])
     r = np.empty((len(P), ends[-1] + held.shape[1]))
     r[:, ends[-1] :] = held
     for take, index in enumerate(law.fitted):
-        data, here = law.takes[index], r[:, ends[take] : ends[take + 1]]
-        every = uses[take].all()
-        left = here.reshape(len(P), *uses[take].shape) if every else None  # a view
-        if bases[take].shape[1] == 1:
-            left = np.matmul(bases[take][:, 0], np.swapaxes(coefficients, 1, 2), out=left)
-        else:
-            left = np.einsum("bcti,bci->btc", bases[take], coefficients, out=left)
-        np.subtract(_given(law, take), left, out=left)
-        np.divide(left, data.sigma, out=left)
-        if not every:
-            here[:] = left[:, uses[take]]
-    if not (np.einsum("br,br->b", r, r) < WILD**2).all():  # else no number is wild, nor NaN
+        here = r[:, ends[take] : ends[take + 1]]
+        _left(here, _given(law, take), law.takes[index].sigma, solved, take)
+    # one by one, for what is worked out of a row is still near at hand
+    if not all(row @ row < WILD**2 for row in r):  # else no number is wild, nor NaN
         r = np.nan_to_num(np.clip(r, -WILD, WILD), nan=WILD)
     return r
+
+
+def _left(out, given: np.ndarray, sigma: np.ndarray, solved: Solved, take: int) -> None:
+    """Put what the linear part leaves of values (T, C), in noise units, into `out` (B, n)."""
+    use = solved.uses[take]
+    of = None if use.all() else np.flatnonzero(use)
+    some = np.empty(given.shape)
+    for row, basis, own in zip(out, solved.bases[take], solved.coefficients, strict=True):
+        left = row.reshape(given.shape) if of is None else some  # a view
+        if len(basis) == 1:
+            np.matmul(basis[0], own.T, out=left)
+        else:
+            left[:] = np.matmul(basis, own[:, :, None])[..., 0].T
+        np.subtract(given, left, out=left)
+        np.divide(left, sigma, out=left)
+        if of is not None:
+            np.take(some, of, out=row, mode="clip")
 
 
 def _held(law: Law, P: np.ndarray, coefficients: np.ndarray) -> np.ndarray:

@@ -131,8 +131,12 @@ def _look(law: Law, places: list[np.ndarray], high: np.ndarray) -> list:
     steps = _steps(law)
     moves = [np.where(x + steps < high, steps, -steps) for x in places]
     batch = [x + np.vstack([0 * x, np.diag(m)]) for x, m in zip(places, moves, strict=True)]
-    r = residuals(law, np.vstack(batch)).reshape(len(places), len(steps) + 1, -1)
-    return [(one[0], ((one[1:] - one[:1]) / m[:, None]).T) for one, m in zip(r, moves, strict=True)]
+    out = residuals(law, np.vstack(batch)).reshape(len(places), len(steps) + 1, -1)
+    for (here, *moved), move in zip(out, moves, strict=True):
+        for row, step in zip(moved, move, strict=True):  # one by one, while it is near at hand
+            row -= here
+            row /= step
+    return [(one[0], one[1:].T) for one in out]
 
 
 def _descend(law: Law, starts, bounds, end: tuple[int, float, float]) -> list:

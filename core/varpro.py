@@ -14,6 +14,7 @@ from .errors import RecordingError
 
 ITERATIONS = 80
 GONE = 1e-100  # norm of a column that is nought: what swings by it would be beyond all numbers
+ROUNDED = 1e-30  # of the largest second derivative: what is less is nought, rounded
 APART = 1e-4  # sine between a column and those before it, below which squares cost digits
 
 
@@ -252,7 +253,8 @@ def _levenberg_marquardt(evaluate, start, low, iterations: int):
         if not free.any():
             break
         hessian = state["information"][np.ix_(free, free)]
-        scale = np.sqrt(np.maximum(np.diag(hessian), 1e-300))
+        own = np.diag(hessian)
+        scale = np.sqrt(np.maximum(own, max(ROUNDED * own.max(), 1e-300)))
         scaled = hessian / np.outer(scale, scale)
         step = np.zeros(len(vector))
         rhs = -state["gradient"][free] / scale

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -148,9 +149,8 @@ class Effect:
         return bool(self.force or self.acceleration)
 
 
-@dataclass(eq=False, slots=True)
-class State:
-    """Batch of motions at one instant."""
+class State(Protocol):
+    """A batch of motions at one instant; arrays are good for that instant only."""
 
     u: np.ndarray  # (K, B) m
     v: np.ndarray  # (K, B) m/s

@@ -11,12 +11,14 @@ from functools import partial
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
-from scipy.signal import cont2discrete, lfilter
+from scipy.signal import lfilter
 
+from ..data import poles
 from .base import Effect, Parameter
 
 PITCH, DAMPING = 0.15, 2.0  # logarithms by which a shaken mode may be other than it was heard
 FEWEST = 12  # instants at which a support is seen, to tell how it moves
+LIVELIEST = 0.999  # damping ratio, for one beyond is no swing
 BESIDE, MARGIN = 4, 1.3  # neighbours either way of a spectrum's line; noise is no less than this
 SETTLE = "stick a marker on the support, or film something that stands still beside it"
 
@@ -117,9 +119,15 @@ def answer(omega: float, zeta: float, time: np.ndarray, path: np.ndarray) -> np.
     """
     even = np.linspace(time[0], time[-1], max(len(time), int(np.ptp(time) * omega * 2)))
     s = np.interp(even, time, path - path[0])
-    system = ([2 * zeta * omega, omega**2], [1.0, 2 * zeta * omega, omega**2])
-    above, below, _ = cont2discrete(system, even[1] - even[0], method="foh")
-    return np.interp(time, even, lfilter(above[0], below, s) - s)
+    # p is twice the real part of z, z' = pole z + share s, and s straight between two instants
+    zeta = min(zeta, LIVELIEST)
+    pole = poles(omega / (2 * np.pi), zeta)
+    share = (2 * zeta * omega * pole + omega**2) / (2j * pole.imag)
+    step = even[1] - even[0]
+    e, c = np.exp(pole * step), pole * step
+    newer, older = (e - 1 - c) / c**2, (e * (c - 1) + 1) / c**2
+    z = lfilter(share * step * np.array([newer, older]), np.array([1.0, -e]), s)
+    return np.interp(time, even, 2 * z.real - s)
 
 
 def shaken(shared: tuple[np.ndarray, ...], rms: float, free: int, paths=None) -> Effect:

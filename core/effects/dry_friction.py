@@ -19,13 +19,13 @@ def force(theta, setting):
     """theta = (force over modal stiffness times amplitude, log of travel over amplitude)."""
     per_metre = np.exp(-theta[:, 1]) / setting.amplitude
     size = theta[:, 0] * setting.omega[0] ** 2 * setting.amplitude
-    slip = np.zeros(len(theta))
+    slip, most, against = np.zeros(len(theta)), np.ones(len(theta)), -size
 
     def push(state):
         np.add(slip, state.dx * (state.h * per_metre), out=slip)
-        np.minimum(slip, 1.0, out=slip)
-        np.maximum(slip, -1.0, out=slip)
-        return -size * slip
+        np.minimum(slip, most, out=slip)
+        np.maximum(slip, -most, out=slip)
+        return against * slip
 
     return push
 

@@ -22,8 +22,9 @@ def force(theta, setting):
     bend = theta[:, 1] / setting.amplitude**2
 
     def push(state):
-        square = state.x * state.x
-        return cubic * square * state.x / np.maximum(1 + bend * square, STEEPEST)
+        x = state.x
+        square = x * x
+        return cubic * square * x / np.maximum(1 + bend * square, STEEPEST)
 
     return push
 

@@ -184,6 +184,10 @@ MARCHES = {
         (dry_friction.EFFECT, (0.03, np.log(0.01), -0.3, 0.2)),
         (air_drag.EFFECT, (0.2,)),
     ],
+    "in a plane and along a line": [
+        (dry_friction.IN_PLANE, (0.03, np.log(0.02), 0.3, -0.4, 0.5, 0.2)),
+        (large_amplitude.EFFECT, (0.05, 0.3, -0.2, 0.4)),
+    ],
 }
 
 
