@@ -56,6 +56,14 @@ def test_byte_order_marks_blank_lines_and_spaces_do_no_harm(read):
     np.testing.assert_array_equal(read(text).time, read(GOOD).time)
 
 
+def test_a_frame_in_which_nothing_was_seen_takes_its_time(read):
+    """Without written instants the rows are counted; empty ones at the end say nothing."""
+    values = read(["a.u,a.v", "1,2", ",", ",", "3,4", "4,5", ",", ","], ("a",)).values
+    assert np.isnan(values[:, 0, 0]).tolist() == [False, True, True, False, False]
+    timed = [*GOOD[:3], ",,,,,,", *GOOD[3:]]
+    np.testing.assert_array_equal(read(timed).values, read(GOOD).values)
+
+
 def test_columns_of_no_marker_are_left_out_with_a_warning(read):
     (warning,) = read(GOOD, ("a",)).warnings
     assert "b.x" in warning and "tracks.csv" in warning
