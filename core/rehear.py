@@ -1,6 +1,7 @@
 """A second hearing: a mode that only shows once it is known what acts in time."""
 
 from collections.abc import Callable
+from itertools import product
 
 import numpy as np
 
@@ -9,10 +10,11 @@ from .joint import SHOWN, Heard, nearby
 from .law import TimeFit, replace
 from .residual import NOISY, errors, excess
 from .settle import moves_its_way
-from .timefit import as_it_stands, fit
+from .timefit import as_it_stands, best_fit, misfits
 from .verdict import Verdict
 
-STIRRED = 0.3  # of the first mode's start, from which its own is sought
+STIRRED = (0.0, 0.1, -0.1, 0.3, -0.3)  # of the first mode's start, from which its own is sought
+RUNNERS = 2  # of those
 
 
 def second_hearing(
@@ -60,33 +62,52 @@ def _with_effects(near: Heard, found: TimeFit, heard: Heard) -> TimeFit:
     """`found` with the further mode of `near`, from where it stands."""
     old, law, K = found.law, near.declared.law, found.law.modes
     known = {e.name for e in [*heard.declared.law.effects, *law.effects]}
-    outer = _with_mode(near, found)
     own = near.declared.parameters[sum(law.sizes()[:2]) :]
     pairs = zip(old.effects, found.theta, strict=True)
     new = [(e, _wider(e, t[0], K, near.declared)) for e, t in pairs if e.name not in known]
-    ratio = outer[K] - outer[0]
-    law = replace(law, effects=(*law.effects, *(e for e, _ in new)), tied=((K, ratio),))
-    return fit(law, np.concatenate([outer, own, *(t for _, t in new)]), evaluations=20)
+    outers = [_with_mode(near, found, stirred) for stirred in STIRRED]
+    starts = [np.concatenate([outer, own, *some])
+              for outer in outers for some in product(*(t for _, t in new))]  # fmt: skip
+    # what an effect's numbers are relative to
+    omega = np.r_[old.setting.omega, law.setting.omega[K:]]
+    setting = replace(law.setting, omega=omega, amplitude=old.setting.amplitude)
+    ratio = outers[0][K] - outers[0][0]
+    law = replace(
+        law,
+        effects=(*law.effects, *(e for e, _ in new)),
+        tied=((K, ratio),),
+        setting=setting,
+    )
+    likely = np.argsort(misfits(law, np.array(starts)))[:RUNNERS]
+    return best_fit(law, np.array(starts)[likely], evaluations=20)
 
 
-def _with_mode(near: Heard, found: TimeFit) -> np.ndarray:
-    """Pitches, damping ratios and starts of `found`, and what the further mode's may be."""
+def _with_mode(near: Heard, found: TimeFit, stirred: float) -> np.ndarray:
+    """Pitches, damping ratios and starts of `found`, and what the further mode's may be, which was
+    let go from so much of the first one's start.
+    """
     p, K = found.parameters, found.law.modes
     computed = near.body.modes.frequency
     ratio = np.log(computed[near.match.modes[-1]] / computed[near.match.modes[0]])
     a, b, _ = found.law.sizes()
     starts = p[a : a + b].reshape(-1, K)
     return np.r_[
-        p[:K], p[0] + ratio, p[K : 2 * K], p[K], np.c_[starts, STIRRED * starts[:, 0]].ravel()
+        p[:K], p[0] + ratio, p[K : 2 * K], p[K], np.c_[starts, stirred * starts[:, 0]].ravel()
     ]
 
 
-def _wider(effect: Effect, theta: np.ndarray, modes: int, near: TimeFit) -> np.ndarray:
-    """The effect's numbers, with its place's share in the further mode."""
+def _wider(effect: Effect, theta: np.ndarray, modes: int, near: TimeFit) -> list[np.ndarray]:
+    """The effect's numbers, with what its place may share in the further mode: as the nearest place
+    that is known, or nothing.
+    """
     if not effect.force:
-        return theta
+        return [theta]
     own, places = len(effect.low), near.law.setting.places
     couples, across = theta[own : own + modes - 1], theta[own + modes - 1 :]
     nearest = np.argmin(((places[:, : modes - 1] - couples) ** 2).sum(axis=1))
-    along = np.r_[theta[:own], couples, places[nearest, modes - 1 :]]
-    return np.r_[along, across, np.zeros(len(along) - own - modes + 1)] if len(across) else along
+    out = []
+    for share in (places[nearest, modes - 1 :], np.zeros(len(places[0]) - modes + 1)):
+        along = np.r_[theta[:own], couples, share]
+        rest = np.zeros(len(along) - own - modes + 1)
+        out.append(np.r_[along, across, rest] if len(across) else along)
+    return out
