@@ -19,6 +19,7 @@ PIN = 1e3  # weight that keeps S at the reference at one, so that u is in metres
 TIE = 1e5  # weight that keeps a tied mode's pitch, and its damping, near the first mode's
 LOOSE = np.array([0.03, np.log(2)])  # logarithms by which these may be off
 STILL = 0.01  # frames, by which a sample must be later than those before it
+MANY = 0.5  # of the instants, beyond which what a channel lacks is no longer taken off the whole
 NEARER = 0.5  # of their distance, at most, that two modes' pitches may come nearer
 
 
@@ -167,19 +168,24 @@ def _normal(basis: np.ndarray, values: np.ndarray, use: np.ndarray):
 
     basis (B, 1 or C, T, n), values and use (T, C).
     """
-    whole, some = use.all(axis=1), use.any(axis=1)
-    if basis.shape[1] > 1:
-        whole = np.zeros_like(whole)
-    rows = slice(None) if whole.all() else whole  # no copy of what is large
-    b = basis[:, 0, rows]
+    some = use.any(axis=1)
+    rows = slice(None) if some.all() else some  # no copy of what is large
+    basis, values, use = basis[:, :, rows], np.where(use, values, 0.0)[rows], use[rows]
+    if basis.shape[1] > 1:  # channels with their own delay
+        b = basis if use.all() else basis * use.T[None, :, :, None]
+        return np.swapaxes(b, 2, 3) @ b, np.einsum("bcti,tc->bci", b, values)
+    b = basis[:, 0]
     gram = (np.swapaxes(b, 1, 2) @ b)[:, None]
-    right = np.swapaxes(np.swapaxes(b, 1, 2) @ values[rows], 1, 2)
-    patchy = some & ~whole  # rows with a missing sample, or channels with their own delay
-    if patchy.any():
-        b = basis[:, :, patchy] * use[patchy].T[None, :, :, None]
-        gram = gram + np.swapaxes(b, 2, 3) @ b
-        right = right + np.einsum("bcti,tc->bci", b, values[patchy])
-    return gram, right
+    right = np.swapaxes(np.swapaxes(b, 1, 2) @ values, 1, 2)
+    if use.all():
+        return gram, right
+    most = int((~use).sum(axis=0).max())
+    if most > MANY * len(use):
+        b = basis * use.T[None, :, :, None]
+        return np.swapaxes(b, 2, 3) @ b, right
+    missing = np.argsort(use, axis=0, kind="stable")[:most].T  # (C, most), of some too many
+    lost = b[:, missing] * ~np.take_along_axis(use.T, missing, axis=1)[None, :, :, None]
+    return gram - np.swapaxes(lost, 2, 3) @ lost, right
 
 
 def _coefficients(gram: np.ndarray, right: np.ndarray, barred: np.ndarray) -> np.ndarray:
