@@ -5,15 +5,13 @@ import numpy as np
 from .effects.relaxation import BRANCHED, unseen
 from .law import TimeFit
 from .refit import put
-from .residual import NOISY, bic
+from .residual import NOISY, pays
 from .timefit import best_fit, misfits
 
 TIMES = (1 / 8, 1 / 3, 3.0, 8.0)  # of the first time, from which the other one is sought
 RUNNERS = 2  # of those
 APART = 2.0  # ratio of the times, below which they are one
 ALIKE = 0.8  # cosine of their shapes: both are of the pose that it was let go from
-SHARE = 0.2  # of what is left that it must take
-EVIDENCE = 20.0  # gain in BIC that it must bring
 
 
 def with_branch(found: TimeFit, effects: int) -> TimeFit:
@@ -31,8 +29,7 @@ def with_branch(found: TimeFit, effects: int) -> TimeFit:
     law, starts = put(found, at, BRANCHED, [np.r_[slow, slow + np.log(f)] for f in TIMES])
     likely = np.argsort(misfits(law, starts, found.samples))[:RUNNERS]
     wider = best_fit(law, starts[likely], evaluations=20)
-    less = found.chi2 - wider.chi2 > SHARE * (found.chi2 - found.samples)
-    return wider if less and bic(wider) < bic(found) - EVIDENCE and _is_one(wider, at) else found
+    return wider if pays(wider, found) and _is_one(wider, at) else found
 
 
 def _is_one(wider: TimeFit, at: int) -> bool:

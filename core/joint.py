@@ -14,22 +14,13 @@ from .further import with_further, with_left_out, without_runaways
 from .law import TimeFit
 from .lens import fitted, straightened
 from .listen import listen, listen_from
-from .match import (
-    PAIR,
-    Match,
-    has_twin,
-    match_modes,
-    pursue,
-    select,
-    turning,
-)
+from .match import Match, has_twin, match_modes, pursue, select
 from .outlived import outlived
-from .pair import with_partner
-from .refit import sunk
+from .partners import FAINT, gaps_of, swing_of, with_partners
 from .residual import NOISY, excess
 from .seat import seated
 from .settle import Recorded, amplitudes, astray, beside, moves_its_way, settle, untied
-from .symmetry import is_even, unevenness
+from .symmetry import is_even
 from .timefit import fit
 from .unheard import weak_modes
 
@@ -38,7 +29,6 @@ WEAKER = 0.4  # the same, where it takes most of what was left
 LESS = 0.5  # of that, rms, is then left at most
 SHOWN = 0.7  # of that, rms, is left at most when it shows
 AUDIBLE = 0.05  # of the motion, rms, that must be left for that
-FAINT = 0.02  # of the strongest mode's swing: below, a partner is not looked for
 MORE = 1.1  # times the misfit, from which another seat of the loads leaves more
 LADEN = 1.5  # of how far a load parts a pair as computed: its place and width are not sure
 SEAT = 0.1  # of how far a load shifts a pitch, that its place and width may part a pair by
@@ -238,16 +228,16 @@ def _with_all(ground: Recorded, settled: tuple, rings: tuple):
     free, turns, matches = settled
     condition = ground.condition[ground.fitted[0]]
     first, body = matches[condition], ground.bodies[condition]
-    gaps = _gaps(first.modes, body)
+    gaps = gaps_of(first.modes, body)
     paired, pair = has_twin(first.modes, body.modes.frequency), 0
     if not paired and gaps and is_even(body.bare):  # the strongest of the others with a partner
-        swing = _swing(free)
+        swing = swing_of(free)
         pair = max(gaps, key=lambda k: swing[k])
         paired = bool(swing[pair] > FAINT * swing.max())
     setting = replace(free.law.setting, paired=paired, pair=pair, pair_gap=gaps.get(pair))
     free = replace(free, law=replace(free.law, setting=setting))
     if len(matches) == 1:
-        free = _with_partners(free, gaps)
+        free = with_partners(free, gaps)
         wider = with_further(free, first, body, rings)
         if len(wider.theta) > len(free.theta) and wider.chi2 > NOISY * wider.samples:
             lone = {
@@ -255,19 +245,19 @@ def _with_all(ground: Recorded, settled: tuple, rings: tuple):
                 for k, gap in gaps.items()
                 if not any(is_of(effect, k) for effect in wider.law.effects)
             }
-            wider = without_runaways(_with_partners(wider, lone))  # what further modes hid
+            wider = without_runaways(with_partners(wider, lone))  # what further modes hid
         return wider, turns, first
     # what other loads part hides what belongs to one take
     free = with_further(free, first, body, rings)
     for c, match in matches.items():
         if None not in match.modes:
             take = first_take(ground, c)
-            parted = _gaps(match.modes, ground.bodies[c])
+            parted = gaps_of(match.modes, ground.bodies[c])
             known = all(None not in m.modes for m in matches.values())
             if known and ground.takes[ground.fitted[take]].take.loads:
                 apart = shift(ground, matches)
                 parted = {k: max(LADEN * gap, SEAT * apart[k]) for k, gap in parted.items()}
-            free = _with_partners(free, parted, take=take)
+            free = with_partners(free, parted, take=take)
     return free, turns, first
 
 
@@ -280,21 +270,6 @@ def _straightened(ground: Recorded, settled: tuple, index: int) -> Channels:
     return data if turn is None else straightened(data, body, turn, known)
 
 
-def _gaps(modes, body: Body) -> dict[int, float]:
-    """How far the partner of each matched degenerate mode lies from it, relatively: as computed,
-    but without a load no further than the body is uneven, a pitch going with the root of a moment.
-    """
-    frequency = body.modes.frequency
-    able = turning(modes, frequency, 2 * PAIR)
-    if not able:
-        return {}
-    most = unevenness(body.bare) / 2 if body.model is body.bare else np.inf
-    return {
-        k: min(float(np.abs(np.delete(frequency, modes) / frequency[modes[k]] - 1).min()), most)
-        for k in able
-    }
-
-
 def laid_bare(heard: Heard, found: TimeFit, effects: int) -> TimeFit:
     """The fit with the body's modes that its last so many effects lay bare: other directions of
     degenerate modes where the camera alone is at fault (a force has `across`), in takes with the
@@ -304,34 +279,9 @@ def laid_bare(heard: Heard, found: TimeFit, effects: int) -> TimeFit:
     known = any(e.layer == "pair" for e in found.law.effects)
     at_fault = all(e.layer == "camera" and not e.given for e in own)
     if None not in heard.match.modes and not known and at_fault:
-        gaps = _gaps(heard.match.modes, heard.body)
-        found = _with_partners(found, gaps, effects)
+        gaps = gaps_of(heard.match.modes, heard.body)
+        found = with_partners(found, gaps, effects)
     return with_further(found, heard.match, heard.body, at=len(found.law.effects) - effects)
-
-
-def _with_partners(
-    found: TimeFit, gaps: dict[int, float], below: int = 0, take: int = 0
-) -> TimeFit:
-    """The fit with the other direction of those degenerate modes that show it.
-
-    below: how many effects, the last ones, stay the last. take: as for `with_partner`.
-    """
-    swing = _swing(found)
-    for k, gap in gaps.items():
-        if swing[k] < FAINT * swing.max():
-            continue
-        setting = replace(
-            found.law.setting, omega=2 * np.pi * found.frequency, zeta=found.damping_ratio
-        )
-        found = replace(found, law=replace(found.law, setting=setting))
-        wider = with_partner(found, k, gap, take)
-        found = wider if wider is found or not below else sunk(wider, below)
-    return found
-
-
-def _swing(found: TimeFit) -> np.ndarray:
-    """(K,) the most that each mode moves its reference in any fitted take."""
-    return np.array([np.abs(u).max(axis=0) for u in found.motions]).max(axis=0)
 
 
 def _key(take):

@@ -6,12 +6,10 @@ from .effects.partner import AT_BOUND, Where, crossing, partner
 from .law import Law, TimeFit, unpack
 from .match import SPLIT
 from .refit import led, swapped, without
-from .residual import NOISY
+from .residual import EVIDENCE, NOISY, SHARE, pays
 from .settle import displaced
 from .timefit import best_fit, extend, misfits
 
-SHARE = 0.2  # of what is left that it must take: less may be what acts in time
-EVIDENCE = 20.0  # gain in BIC that it must bring
 FORCE = 0.5  # of what that motion leaves, that the force must take to be one
 LEFT = 3.0  # misfit per sample: a free motion that leaves more may stand for anything
 HINT = 0.5  # of that, which its columns could take before anything is searched
@@ -27,7 +25,7 @@ def with_partner(found: TimeFit, k: int, gap: float, take: int = 0) -> TimeFit:
     at = _where(found, k, take)
     effect = partner(at, gap)
     wider = _wider(found, effect)
-    if not _shows(wider, found) or effect.veto(wider) or displaced(wider, found):
+    if not pays(wider, found) or effect.veto(wider) or displaced(wider, found):
         return found
     return found if _parts(wider, partner(at, SPLIT), gap) else wider
 
@@ -72,12 +70,12 @@ def across(found: TimeFit) -> TimeFit:
     if not _hinted(found, effect):
         return found
     wider = _wider(found, effect)
-    if wider.chi2 > LEFT * wider.samples or not _shows(wider, found):
+    if wider.chi2 > LEFT * wider.samples or not pays(wider, found):
         return found
     wider = led(wider)
     bare = without(wider, len(law.effects))  # what swings across may tell all by itself
     gain, left = bare.chi2 - wider.chi2, bare.chi2 - bare.samples
-    return wider if gain > FORCE * left and _shows(wider, bare) else found
+    return wider if gain > FORCE * left and pays(wider, bare) else found
 
 
 def _may_cross(law: Law) -> bool:
@@ -104,8 +102,3 @@ def _hinted(found: TimeFit, effect) -> bool:
     left = misfits(tries[0][0], np.array([p for _, p in tries]), found.samples).min()
     before = (found.residuals[: found.samples] ** 2).sum()
     return before - left > HINT * SHARE * (found.chi2 - found.samples)
-
-
-def _shows(wider: TimeFit, found: TimeFit) -> bool:
-    price = (wider.unknowns - found.unknowns) * np.log(wider.samples) + EVIDENCE
-    return found.chi2 - wider.chi2 > max(price, SHARE * (found.chi2 - found.samples))

@@ -10,6 +10,10 @@ from .law import TimeFit
 
 QUIET = 1.1  # misfit per sample below which there is nothing to look for
 NOISY = 1.3  # misfit per sample above which noise alone is no explanation
+SHARE = (
+    0.2  # of what is left, that what a law is widened by must take: less may be what acts in time
+)
+EVIDENCE = 20.0  # gain in BIC that it must bring
 
 
 def parts(takes: tuple[Channels, ...], held: bool) -> list[np.ndarray]:
@@ -46,6 +50,12 @@ def _nrmse(takes, predicted, uses) -> float | None:
 def bic(found: TimeFit) -> float:
     """Of the fitted part (Schwarz 1978); the noise is known."""
     return found.chi2 + found.unknowns * np.log(max(found.samples, 2))
+
+
+def pays(wider: TimeFit, found: TimeFit) -> bool:
+    """Whether what the law was widened by takes its share of what was left, and brings evidence."""
+    less = found.chi2 - wider.chi2 > SHARE * (found.chi2 - found.samples)
+    return bool(less and bic(wider) < bic(found) - EVIDENCE)
 
 
 def noise_share(takes: tuple[Channels, ...], held: bool) -> float:

@@ -5,14 +5,12 @@ import numpy as np
 from .effects.dry_friction import IN_PLANE
 from .law import TimeFit
 from .refit import lighter, put
-from .residual import NOISY, bic
+from .residual import NOISY, pays
 from .timefit import best_fit, misfits, within
 
 SIDEWAYS = (0.5, 2.0)  # share of a higher mode across the line, from which the search begins
 STRONGER = (1.0, 3.0)  # times as strong as along a line, elsewhere on the body
 RUNNERS = 2  # of those beside the line, and of those elsewhere
-SHARE = 0.2  # of what is left that it must take
-EVIDENCE = 20.0  # gain in BIC that it must bring
 
 
 def in_plane(found: TimeFit, effects: int) -> TimeFit:
@@ -42,5 +40,4 @@ def in_plane(found: TimeFit, effects: int) -> TimeFit:
         some = np.unique(within(law, np.vstack([some for _, some in both])), axis=0)
         starts += [*some[np.argsort(misfits(law, some, found.samples))[:RUNNERS]]]
     wider = best_fit(law, np.array(starts), evaluations=20)
-    less = found.chi2 - wider.chi2 > SHARE * (found.chi2 - found.samples)
-    return wider if less and bic(wider) < bic(found) - EVIDENCE else found
+    return wider if pays(wider, found) else found
