@@ -16,9 +16,9 @@ from .joint import Heard
 from .law import TimeFit, unpack
 from .match import PAIR, true_pitches
 from .near_camera import rest_places
+from .parameters import inflation
 from .report import estimate
 from .residual import Error, error_of, errors, motion_rms
-from .tell import inflation
 from .time_layer import MATERIAL
 from .verdict import Verdict
 

@@ -14,7 +14,7 @@ from .elasticity import gravity_force, static
 from .joint import Heard
 from .law import TimeFit, replace
 from .match import PAIR
-from .tell import as_fitted, inflation, parameters
+from .parameters import as_fitted, inflation, parameters
 from .unmatched import further_modes, of_the_body, unfolded_mode
 from .verdict import Verdict
 

@@ -1,37 +1,22 @@
 """Everything that was found, as the report of the contract."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from .advice import advise
 from .dac import SURE
 from .data import Estimate
 from .effects import DAMPING, MODAL_EFFECTS, perspective
-from .effects.base import Setting
 from .joint import Heard
-from .law import TimeFit, unpack
+from .law import TimeFit
 from .match import ACROSS, likeness
+from .parameters import inflation, parameters
 from .report import estimate, estimate_of
 from .residual import Error, errors, noise_share
 from .verdict import Verdict, probabilities
 
 CLEARLY = 0.8  # MAC from which a shape is clearly a computed one's
-UNSURE = 10.0  # relative standard deviation of a size, at most
-DEAD = np.exp(-2)  # of what a mode was at the release: where less is left, what it was is a guess
-
-
-def inflation(found: TimeFit) -> float:
-    """What the covariance is multiplied by: misfit beyond noise is coloured, not independent.
-
-    A residual that follows the motion repeats itself within a quarter of a period, so its samples
-    count as one each such time.
-    """
-    data = found.law.takes[found.law.fitted[0]]
-    together = max(np.pi / 2 / found.law.setting.omega[0] / data.frame, 1.0)
-    return 1.0 + max(found.chi2 / max(found.samples, 1) - 1, 0.0) * together
 
 
 def told_modes(
@@ -121,139 +106,6 @@ def _damping(found: TimeFit, name: str) -> dict:
         low = np.maximum(value - half, parameter.low)
         out[parameter.name] = estimate(value, low, value + half, parameter.unit)
     return out
-
-
-def parameters(found: TimeFit, index: int) -> dict:
-    """The contract's parameters of effect number `index` with intervals by the delta method."""
-    law = found.law
-    effect, theta = law.effects[index], found.theta[index][0]
-    if effect.report is None:
-        return {}
-    shape = found.column_shapes()[index]
-    setting = as_fitted(found)
-    a, b, _ = law.sizes()
-    at = a + b + sum(len(t[0]) for t in found.theta[:index])
-    block = found.covariance[at : at + len(theta), at : at + len(theta)] * inflation(found)
-    value = effect.report(theta, setting, shape)
-    steps = 1e-4 * (1 + np.abs(theta))
-    slopes = {name: np.zeros(len(theta)) for name in value}
-    for i, step in enumerate(steps[: len(effect.low)]):
-        moved = theta.copy()
-        moved[i] += step
-        for name, other in effect.report(moved, setting, shape).items():
-            if isinstance(other, float | np.floating):
-                slopes[name][i] = (other - value[name]) / step
-    doubt = _doubt_of_sizes(found, index, shape)
-    if len(doubt):  # the shapes' sizes are uncertain too: more columns, independent of theta
-        block = block_diag(block, doubt)
-        for name, one in value.items():
-            if not isinstance(one, float | np.floating):
-                slopes[name] = None
-        for grown in 1 + 1e-4 * np.eye(len(doubt)):
-            for name, other in effect.report(theta, setting, shape * grown).items():
-                if slopes[name] is not None:
-                    slopes[name] = np.r_[slopes[name], (other - value[name]) / 1e-4]
-    units = {p.name: p for p in effect.parameters}
-    told = {
-        name: _told(one, slopes[name], block, units[name])
-        for name, one in value.items()
-        if not (isinstance(one, float | np.floating) and not np.isfinite(one))
-    }
-    own = len(effect.low)
-    spread = np.sqrt(np.diag(block))[own : min(len(theta), own + law.modes - 1)]
-    return _widened(told, units, _others(effect, theta, (setting, shape, spread)))
-
-
-def as_fitted(found: TimeFit) -> Setting:
-    """What is known of the motion once it is fitted."""
-    return replace(
-        found.law.setting,
-        pose=_pose(found),
-        pitches=found.frequency,
-        near=perspective.near(found),
-    )
-
-
-def _others(effect, theta, known):
-    """The effect as it would be told of every place where its force may act, and of what else
-    looks the same.
-    """
-    setting, shape, spread = known
-    own = len(effect.low)
-    if effect.alike is not None:
-        yield from effect.alike(theta, setting, shape)
-    if effect.force:
-        couples = theta[own : own + len(spread)]
-        for lever, place in zip(*setting.able(couples, spread), strict=True):
-            there = replace(setting, levers=np.array([lever]), places=place[None])
-            yield effect.report(np.r_[theta[:own], place], there, shape)
-
-
-def _widened(told: dict, known: dict, others) -> dict:
-    """The parameters with intervals that hold them as told in the `others`, equally unsure."""
-    others, out = list(others), {}
-    for name, one in told.items():
-        out[name] = one
-        if one["ci95"] is not None and one["value"]:
-            changes = np.array([1.0, *(other[name] / one["value"] for other in others)])
-            ends = np.outer(one["ci95"], changes[np.isfinite(changes)])
-            ends = np.clip(ends, known[name].low, known[name].high)
-            out[name] = estimate(one["value"], ends.min(), ends.max(), one["unit"])
-    return out
-
-
-def _pose(found: TimeFit) -> np.ndarray:
-    """(C,) where the swinging part of the first fitted take turned round when it was let go.
-
-    The first frame may be a little later: a mode's size, not its place there, tells how far it was.
-    Where it is so much later that a mode has died meanwhile, nothing is known of that one.
-    """
-    law = found.law
-    instants = np.array([[0.0, law.takes[law.fitted[0]].time[0]]])
-    omega, _, first, _ = unpack(law, found.parameters[None], 0)
-    place, speed = first[0, 0], first[0, 1] / omega[0]
-    alive = np.exp(-found.damping_ratio * omega[0] * instants[0, 1]) > DEAD
-    pose = np.where(alive, np.copysign(np.hypot(place, speed), place), 0.0) @ found.shapes
-    for effect, theta, shape in zip(law.effects, found.theta, found.column_shapes(), strict=True):
-        if effect.layer in ("pair", "mode"):
-            waves = effect.columns(theta, law.setting, instants, found.motions[0][None, :2])
-            first, then = waves[0]
-            if np.linalg.norm(then) > DEAD * np.linalg.norm(first):
-                pose = pose + shape @ first
-    return pose
-
-
-def _doubt_of_sizes(found: TimeFit, index: int, shape: np.ndarray) -> np.ndarray:
-    """(q, q) relative covariance of the sizes of an effect's own shapes (C, q); empty without."""
-    law = found.law
-    effect = law.effects[index]
-    data = law.takes[law.fitted[0]]
-    if not effect.columns or not shape.any():
-        return np.zeros((0, 0))
-    columns = effect.columns(
-        found.theta[index], law.setting, data.time[None], found.motions[0][None]
-    )[0][data.fit]
-    columns = columns - columns.mean(axis=0)
-    noise = inflation(found) * ((law.reference[0] * data.sigma) ** 2).sum()
-    doubt = noise * np.linalg.pinv(columns.T @ columns)
-    sizes = law.reference[0] @ shape
-    sizes = np.copysign(np.maximum(np.abs(sizes), np.sqrt(np.diag(doubt)) / UNSURE), sizes)
-    return doubt / np.outer(sizes, sizes)
-
-
-def _told(value, slope, block, parameter) -> dict:
-    if isinstance(value, list):
-        return {"value": value, "ci95": None, "unit": parameter.unit}
-    if slope is None:
-        return estimate(value, value, value, parameter.unit)
-    spread = np.sqrt(max(slope @ block @ slope, 0.0))
-    half = SURE * float(np.hypot(spread, parameter.form * abs(value)))
-    if not np.isfinite(half):
-        half = abs(float(value))
-    value = float(np.clip(value, parameter.low, parameter.high))
-    low = max(value - half, parameter.low)
-    high = min(value + half, parameter.high)
-    return estimate(value, float(low), float(high), parameter.unit)
 
 
 def told_error(

@@ -10,7 +10,7 @@ from .data import Take
 from .errors import DataError
 from .joint import Heard
 from .law import TimeFit
-from .tell import inflation
+from .parameters import inflation
 
 FLOOR = 0.003  # relative error of a shift of pitch that no fit sees
 UNSURE = 0.1  # of a computed shift

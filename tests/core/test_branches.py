@@ -7,8 +7,8 @@ import pytest
 
 from core.branches import with_branch
 from core.effects import relaxation
+from core.parameters import parameters
 from core.residual import errors, noise_share
-from core.tell import parameters
 from tests.core.test_simulate import AMPLITUDE
 from tests.core.test_timefit import NOISE, SHAPE, TIME, W, channels, declared, moved, raced
 

@@ -32,6 +32,7 @@ from core.foils import weakens, weakens_rather
 from core.law import bounds
 from core.linear_part import solve
 from core.outset import begin, outsets
+from core.parameters import parameters
 from core.race import Try, begun_all, race, worth
 from core.read_off import jumps, read_off
 from core.ready import to_their_end
@@ -39,7 +40,6 @@ from core.refit import turned
 from core.settle import astray
 from core.simulate import COARSE, swing
 from core.sufficiency import AHEAD, ENOUGH, counts_second, owes, strays, sufficient
-from core.tell import parameters
 from core.time_layer import judge
 from core.timefit import _gauged, best_fit, extend, fit, misfits, screen, sharp
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
