@@ -8,7 +8,8 @@ import pytest
 
 from core.body_error import body_error, leaves, mends, misleads
 from core.channels import Channels
-from core.findings import _outweighs
+from core.effects import air_drag, contact, stiffness_drift
+from core.findings import _bends, _outweighs
 from core.residual import Error, error_of
 
 FRAMES, RATE = 300, 100
@@ -126,3 +127,13 @@ def test_a_body_decides_alone_only_where_nothing_else_is_off_ahead(held, told):
     verdict = SimpleNamespace(damped=found)
     assert _outweighs(Error(0.5, 0.4), free, verdict) is told
     assert not _outweighs(Error(0.5, 0.04), free, verdict)
+
+
+@pytest.mark.parametrize(
+    ("acting", "bends"),
+    [((air_drag,), False), ((stiffness_drift,), False), ((air_drag, contact), True)],
+)
+def test_what_acts_on_every_mode_in_its_own_shape_bends_none(acting, bends):
+    """Then shapes and pitches that are off are the body's, whatever acts in time."""
+    effects = [one.ABOVE if one is contact else one.EFFECT for one in acting]
+    assert _bends(SimpleNamespace(law=SimpleNamespace(effects=effects))) is bends
