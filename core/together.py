@@ -35,7 +35,7 @@ from .time_layer import (
 )
 from .timefit import best_fit, walked
 
-BEAM = 3  # best single effects, held out too and where fitted, that a second is sought beside
+BEAM = 2  # best single effects, held out too and where fitted, that a second is sought beside
 FEW = 2  # modes: with more, so many places tie that the first swings tell nothing
 TWOS = 10  # pairs that are begun
 FINALISTS = 6  # that go on to the end at most
