@@ -17,65 +17,61 @@ OFTEN = 8  # steps between two looks at it; between them it goes on
 Force = tuple[Effect, np.ndarray]  # the effect, its parameters (B, p)
 
 
-class March:
-    """The path of motions, and of the forces on them.
+def stepped(
+    flow: tuple[np.ndarray, np.ndarray],
+    start: np.ndarray,
+    forces: Iterable[tuple[slice, list[Force]]],
+    setting: Setting,
+    step: float,
+    count: int,
+) -> tuple[np.ndarray, list[list[np.ndarray]]]:
+    """The path (N, 3, K, B) of motions, u (m), u' (m/s) and the kick (m/s2) at N = `count` + 1
+    steps of `step` s; and of each of the `forces` the traces [(N, b), ...] of those that act at a
+    place, one for each axis.
 
-    path (N, 3, K, B): u (m), u' (m/s) and the kick (m/s2) at N = `count` + 1 steps of `step` s.
+    flow: what u and u' (2, K, B) give to themselves, and to each other, over a step; start
+    (B, 2, K); forces: those on some of the motions each.
     """
+    own, other = flow
+    now = _Now(np.moveaxis(start, 0, 2))
+    lines, theirs, pushes = _lines_of(now, forces, setting, count)
+    shape = own[0].shape
+    most = np.full(shape, RUNAWAY * setting.amplitude * setting.omega.max() / step)
+    least, halved, half = -most, np.full(shape, step / 2), np.zeros(shape)
+    limit = np.empty_like(own)
+    limit[:] = RUNAWAY * setting.amplitude * np.array([1.0, setting.omega.max()])[:, None, None]
+    # Few calls a step, of whole arrays of one shape: of numbers so few, one that broadcasts or
+    # has a scalar, or reads every other number, takes twice the time of one that does not.
+    ahead, kept, given = np.array(now.motion), np.empty_like(own), np.empty_like(own)
+    (u0, v0), (u_of_u, v_of_v), (v_of_u, u_of_v) = ahead, kept, given
+    path = np.empty((count + 1, 3, *shape))
+    for i in range(count + 1):
+        u, v, kick = path[i]
+        if i:
+            np.multiply(own, ahead, kept)
+            np.multiply(other, ahead, given)
+            np.add(u_of_u, u_of_v, u)
+            np.add(v_of_v, v_of_u, v)
+            if i % OFTEN == 0:
+                np.clip(path[i, :2], -limit, limit, path[i, :2])
+            now.goes_on(i, step, u, np.add(v, half, now.v))
+        _kick(now, lines, pushes, kick)
+        np.maximum(kick, least, kick)
+        np.minimum(kick, most, kick)
+        np.multiply(kick, halved, half)
+        if i:
+            np.add(v, half, v)
+        else:
+            u[:], v[:] = u0, v0
+        u0[:] = u
+        np.add(v, half, v0)
+    return path, [_traces(rows, some) for rows, some in theirs]
 
-    def __init__(
-        self,
-        flow: tuple[np.ndarray, np.ndarray],
-        start: np.ndarray,
-        forces: Iterable[tuple[slice, list[Force]]],
-        setting: Setting,
-        step: float,
-        count: int,
-    ):
-        """flow: what u and u' (2, K, B) give to themselves, and to each other, over a step; start
-        (B, 2, K); forces: of some of the motions each.
-        """
-        own, other = flow
-        now = _Now(np.moveaxis(start, 0, 2))
-        lines, self._lines, pushes = _lines_of(now, forces, setting, count)
-        shape = own[0].shape
-        most = np.full(shape, RUNAWAY * setting.amplitude * setting.omega.max() / step)
-        least, halved, half = -most, np.full(shape, step / 2), np.zeros(shape)
-        limit = np.empty_like(own)
-        limit[:] = RUNAWAY * setting.amplitude * np.array([1.0, setting.omega.max()])[:, None, None]
-        # Few calls a step, of whole arrays of one shape: of numbers so few, one that broadcasts or
-        # has a scalar, or reads every other number, takes twice the time of one that does not.
-        ahead, kept, given = np.array(now.motion), np.empty_like(own), np.empty_like(own)
-        (u0, v0), (u_of_u, v_of_v), (v_of_u, u_of_v) = ahead, kept, given
-        self.path = np.empty((count + 1, 3, *shape))
-        for i in range(count + 1):
-            u, v, kick = self.path[i]
-            if i:
-                np.multiply(own, ahead, kept)
-                np.multiply(other, ahead, given)
-                np.add(u_of_u, u_of_v, u)
-                np.add(v_of_v, v_of_u, v)
-                if i % OFTEN == 0:
-                    np.clip(self.path[i, :2], -limit, limit, self.path[i, :2])
-                now.goes_on(i, step, u, np.add(v, half, now.v))
-            _kick(now, lines, pushes, kick)
-            np.maximum(kick, least, kick)
-            np.minimum(kick, most, kick)
-            np.multiply(kick, halved, half)
-            if i:
-                np.add(v, half, v)
-            else:
-                u[:], v[:] = u0, v0
-            u0[:] = u
-            np.add(v, half, v0)
 
-    def traces(self, n: int) -> list[np.ndarray]:
-        """[(N, B), ...] of the forces at places on motions number `n` of those that were given, one
-        for each axis.
-        """
-        rows, lines = self._lines[n]
-        paths = [line.path[..., rows] for line in lines]
-        return [p for q in paths for p in ([q] if q.ndim == 2 else np.moveaxis(q, 1, 0))]
+def _traces(rows: slice, lines: list["_Line"]) -> list[np.ndarray]:
+    """[(N, b), ...] of the forces along these lines, one for each axis."""
+    paths = [line.path[..., rows] for line in lines]
+    return [p for q in paths for p in ([q] if q.ndim == 2 else np.moveaxis(q, 1, 0))]
 
 
 def _kick(now: "_Now", lines: list["_Line"], pushes: list, out) -> None:

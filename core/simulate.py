@@ -7,7 +7,7 @@ import numpy as np
 
 from .effects.base import FINE, Setting
 from .in_step import asked
-from .march import March
+from .march import stepped
 
 COARSE = 16  # steps per period of the first mode, while it is only sought which force is there
 UNFELT = ("steps", "pitches", "pose")  # what a setting says to others than forces
@@ -108,9 +108,9 @@ def _in_one(group: list[_Asked]):
     ends = np.cumsum([0, *(len(one.omega) for one in group)])
     rows = [slice(a, b) for a, b in pairwise(ends)]
     forces = [(where, one.forces) for where, one in zip(rows, group, strict=True)]
-    every = March(_flow(omega, zeta, step), start, forces, setting, step, count)
-    for n, (one, where) in enumerate(zip(group, rows, strict=True)):
-        yield _seen(one, every.path[..., where], step, every.traces(n))
+    path, traces = stepped(_flow(omega, zeta, step), start, forces, setting, step, count)
+    for one, where, own in zip(group, rows, traces, strict=True):
+        yield _seen(one, path[..., where], step, own)
 
 
 def _seen(one: _Asked, path, step: float, traces):
