@@ -11,6 +11,7 @@ import numpy as np
 
 from .channels import Channels
 from .law import Law, unpack
+from .normal_equations import coefficients_of, normal
 from .shutter import later
 from .simulate import swing
 
@@ -19,7 +20,6 @@ PIN = 1e3  # weight that keeps S at the reference at one, so that u is in metres
 TIE = 1e5  # weight that keeps a tied mode's pitch, and its damping, near the first mode's
 LOOSE = np.array([0.03, np.log(2)])  # logarithms by which these may be off
 STILL = 0.01  # frames, by which a sample must be later than those before it
-MANY = 0.5  # of the instants, beyond which what a channel lacks is no longer taken off the whole
 NEARER = 0.5  # of their distance, at most, that two modes' pitches may come nearer
 
 
@@ -146,12 +146,12 @@ def solve(law: Law, P: np.ndarray) -> Solved:
         for n in group:
             values = np.where(uses[n], _given(law, n), 0.0)
             basis = bases[n] if law.conditions == 1 else np.take(bases[n], columns, axis=3)
-            own = _normal(basis, values, uses[n])
+            own = normal(basis, values, uses[n])
             weight = data[n].sigma ** -2.0 if len(group) > 1 else np.ones(1)
             gram = gram + own[0] * weight[:, None, None]
             right = right + own[1] * weight[:, None]
         if group:
-            coefficients[:, :, columns] = _coefficients(gram, right, barred[:, columns])
+            coefficients[:, :, columns] = coefficients_of(gram, right, barred[:, columns])
     return Solved(coefficients, bases, uses, motions, barred)
 
 
@@ -161,53 +161,6 @@ def _columns(law: Law, condition: int, group: list[int], count: int) -> np.ndarr
     each = (count - head) // len(law.fitted)
     own = [np.arange(head + each * n, head + each * (n + 1)) for n in group]
     return np.concatenate([np.arange(law.own * condition, law.own * (condition + 1)), *own])
-
-
-def _normal(basis: np.ndarray, values: np.ndarray, use: np.ndarray):
-    """Normal equations (B, 1 or C, n, n), (B, C, n); one for all channels where none lacks any.
-
-    basis (B, 1 or C, T, n), values and use (T, C).
-    """
-    some = use.any(axis=1)
-    rows = slice(None) if some.all() else some  # no copy of what is large
-    basis, values, use = basis[:, :, rows], np.where(use, values, 0.0)[rows], use[rows]
-    if basis.shape[1] > 1:  # channels with their own delay
-        b = basis if use.all() else basis * use.T[None, :, :, None]
-        return np.swapaxes(b, 2, 3) @ b, np.einsum("bcti,tc->bci", b, values)
-    b = basis[:, 0]
-    gram = (np.swapaxes(b, 1, 2) @ b)[:, None]
-    right = np.swapaxes(np.swapaxes(b, 1, 2) @ values, 1, 2)
-    if use.all():
-        return gram, right
-    most = int((~use).sum(axis=0).max())
-    if most > MANY * len(use):
-        b = basis * use.T[None, :, :, None]
-        return np.swapaxes(b, 2, 3) @ b, right
-    missing = np.argsort(use, axis=0, kind="stable")[:most].T  # (C, most), of some too many
-    lost = b[:, missing] * ~np.take_along_axis(use.T, missing, axis=1)[None, :, :, None]
-    return gram - np.swapaxes(lost, 2, 3) @ lost, right
-
-
-def _coefficients(gram: np.ndarray, right: np.ndarray, barred: np.ndarray) -> np.ndarray:
-    """(B, C, n) from the normal equations, nought where `barred` (C, n)."""
-    scale = np.sqrt(np.einsum("bcii->bci", gram))
-    scale = np.where(scale > 0, scale, 1.0)
-    gram = gram / (scale[:, :, :, None] * scale[:, :, None])
-    right = right / scale
-    out = np.empty_like(right)
-    kinds = {}
-    for n, kind in enumerate(barred):
-        kinds.setdefault(kind.tobytes(), []).append(n)
-    for some in kinds.values():
-        alike, kind = slice(None) if len(kinds) == 1 else some, barred[some[0]]
-        own = gram if gram.shape[1] == 1 else gram[:, alike]
-        own = own + np.diag(np.where(kind, 1e12, 1e-11))
-        y = right[:, alike]
-        if own.shape[1] == 1:
-            out[:, alike] = np.swapaxes(np.linalg.solve(own[:, 0], np.swapaxes(y, 1, 2)), 1, 2)
-        else:
-            out[:, alike] = np.linalg.solve(own, y[..., None])[..., 0]
-    return out / scale
 
 
 def residuals(law: Law, P: np.ndarray) -> np.ndarray:
@@ -238,7 +191,7 @@ def left_over(law: Law, P: np.ndarray, solved: Solved) -> np.ndarray:
         here = r[:, ends[take] : ends[take + 1]]
         _left(here, _given(law, take), law.takes[index].sigma, solved, take)
     # one by one, for what is worked out of a row is still near at hand
-    if not all(row @ row < WILD**2 for row in r):  # else no number is wild, nor NaN
+    if not all(np.abs(row).max() < WILD for row in r):  # else no number is wild, nor NaN
         r = np.nan_to_num(np.clip(r, -WILD, WILD), nan=WILD)
     return r
 

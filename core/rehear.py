@@ -39,7 +39,8 @@ def second_hearing(
         if excess(wider) < SHOWN * excess(best) and moves_its_way(
             wider, near.body, near.match.modes[-1]
         ):
-            again = diagnose(near, as_it_stands(own, wider.parameters[: sum(own.sizes())]))
+            there = replace(own, setting=wider.law.setting)
+            again = diagnose(near, as_it_stands(there, wider.parameters[: sum(own.sizes())]))
         elif excess(near.declared) < SHOWN * excess(heard.declared):
             again = diagnose(near)
         else:
@@ -62,24 +63,29 @@ def _with_effects(near: Heard, found: TimeFit, heard: Heard) -> TimeFit:
     """`found` with the further mode of `near`, from where it stands."""
     old, law, K = found.law, near.declared.law, found.law.modes
     known = {e.name for e in [*heard.declared.law.effects, *law.effects]}
-    own = near.declared.parameters[sum(law.sizes()[:2]) :]
-    pairs = zip(old.effects, found.theta, strict=True)
-    new = [(e, _wider(e, t[0], K, near.declared)) for e, t in pairs if e.name not in known]
+    pairs = list(zip(old.effects, found.theta, strict=True))
+    before = {e: _wider(e, t[0], K, near.declared) for e, t in pairs}
+    declared = zip(law.effects, near.declared.theta, strict=True)
+    own = [before.get(e, [t[0]]) for e, t in declared]
+    new = [e for e, _ in pairs if e.name not in known]
+    inner = [*own, *(before[e] for e in new)]
     outers = [_with_mode(near, found, stirred) for stirred in STIRRED]
-    starts = [np.concatenate([outer, own, *some])
-              for outer in outers for some in product(*(t for _, t in new))]  # fmt: skip
+    starts = [np.concatenate([outer, *some]) for outer in outers for some in product(*inner)]
     # what an effect's numbers are relative to
     omega = np.r_[old.setting.omega, law.setting.omega[K:]]
     setting = replace(law.setting, omega=omega, amplitude=old.setting.amplitude)
     ratio = outers[0][K] - outers[0][0]
     law = replace(
         law,
-        effects=(*law.effects, *(e for e, _ in new)),
+        effects=(*law.effects, *new),
         tied=((K, ratio),),
         setting=setting,
     )
-    likely = np.argsort(misfits(law, np.array(starts)))[:RUNNERS]
-    return best_fit(law, np.array(starts)[likely], evaluations=20)
+    starts = np.array(starts)
+    left = misfits(law, starts, near.declared.samples)
+    # without a force, starts of the new mode that differ in size and sign alone are one
+    likely = np.unique(np.log(left).round(6), return_index=True)[1][:RUNNERS]
+    return best_fit(law, starts[likely], evaluations=20)
 
 
 def _with_mode(near: Heard, found: TimeFit, stirred: float) -> np.ndarray:

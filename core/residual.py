@@ -10,9 +10,7 @@ from .law import TimeFit
 
 QUIET = 1.1  # misfit per sample below which there is nothing to look for
 NOISY = 1.3  # misfit per sample above which noise alone is no explanation
-SHARE = (
-    0.2  # of what is left, that what a law is widened by must take: less may be what acts in time
-)
+SHARE = 0.2  # of what is left, that a wider law must take: less may be what acts in time
 EVIDENCE = 20.0  # gain in BIC that it must bring
 
 

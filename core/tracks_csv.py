@@ -56,8 +56,8 @@ def read_tracks(path: str | Path, names: tuple[str, ...]) -> Tracks:
 
 
 def _read_rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
-    """The header, and (line number, cells) of every row that tells something, if only that time
-    goes on.
+    """The header, and (line number, cells) of every row that is not blank; without a column `time`
+    a row of empty cells is a frame in which nothing was seen, but for those at the end.
     """
     if not path.is_file():
         near = suggestion(path.name, [one.name for one in path.parent.glob("*.csv")] or ["no .csv"])
@@ -70,7 +70,7 @@ def _read_rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
         raise CaseError(
             f"{path.name}: not a text table ({error}). Save the tracks as comma-separated text."
         ) from error
-    lines = [(number, row) for number, row in lines if row]
+    lines = [(number, row) for number, row in lines if len(row) > 1 or any(row)]
     while lines and not any(lines[-1][1]):
         lines.pop()
     while lines and not any(lines[0][1]):
@@ -78,7 +78,7 @@ def _read_rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     if not lines:
         raise CaseError(f"{path.name}: it is empty; a header and one row a frame are needed.")
     header = lines[0][1]
-    if "time" in header:  # else a row of empty cells is a frame in which nothing was seen
+    if "time" in header:
         lines = [(number, row) for number, row in lines if any(row)]
     if len(header) == 1 and ";" in header[0]:
         raise CaseError(f"{path.name}: the cells are parted by semicolons; save it with commas.")

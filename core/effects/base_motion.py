@@ -18,7 +18,7 @@ from .base import Effect, Parameter
 
 PITCH, DAMPING = 0.15, 2.0  # logarithms by which a shaken mode may be other than it was heard
 FEWEST = 12  # instants at which a support is seen, to tell how it moves
-LIVELIEST = 0.999  # damping ratio, for one beyond is no swing
+DULLEST = 0.999  # damping ratio, most: what no longer swings answers much as what hardly does
 BESIDE, MARGIN = 4, 1.3  # neighbours either way of a spectrum's line; noise is no less than this
 SETTLE = "stick a marker on the support, or film something that stands still beside it"
 
@@ -120,7 +120,7 @@ def answer(omega: float, zeta: float, time: np.ndarray, path: np.ndarray) -> np.
     even = np.linspace(time[0], time[-1], max(len(time), int(np.ptp(time) * omega * 2)))
     s = np.interp(even, time, path - path[0])
     # p is twice the real part of z, z' = pole z + share s, and s straight between two instants
-    zeta = min(zeta, LIVELIEST)
+    zeta = min(zeta, DULLEST)
     pole = poles(omega / (2 * np.pi), zeta)
     share = (2 * zeta * omega * pole + omega**2) / (2j * pole.imag)
     step = even[1] - even[0]

@@ -58,7 +58,8 @@ def test_byte_order_marks_blank_lines_and_spaces_do_no_harm(read):
 
 def test_a_frame_in_which_nothing_was_seen_takes_its_time(read):
     """Without written instants the rows are counted; empty ones at the end say nothing."""
-    values = read(["a.u,a.v", "1,2", ",", ",", "3,4", "4,5", ",", ","], ("a",)).values
+    lines = ["a.u,a.v", "1,2", ",", ",", "  ", "", "3,4", "4,5", ",", ","]
+    values = read(lines, ("a",)).values
     assert np.isnan(values[:, 0, 0]).tolist() == [False, True, True, False, False]
     timed = [*GOOD[:3], ",,,,,,", *GOOD[3:]]
     np.testing.assert_array_equal(read(timed).values, read(GOOD).values)

@@ -1,9 +1,9 @@
-"""The linear part of the law: sums over what there is, channel by channel."""
+"""Sums over what there is, channel by channel."""
 
 import numpy as np
 import pytest
 
-from core.linear_part import _normal
+from core.normal_equations import normal
 
 
 @pytest.mark.parametrize("share", [0.0, 0.03, 0.7])
@@ -16,9 +16,20 @@ def test_normal_equations_hold_what_a_channel_has_and_no_more(share, delayed):
     use = rng.random((T, C)) >= share
     use[50:] = False
     values = np.where(use, rng.normal(size=(T, C)), np.nan)
-    gram, right = _normal(basis, values, use)
+    gram, right = normal(basis, values, use)
     for b in range(B):
         for c in range(C):
             own = basis[b, c if delayed else 0, use[:, c]]
             assert gram[b, c % gram.shape[1]] == pytest.approx(own.T @ own)
             assert right[b, c] == pytest.approx(own.T @ values[use[:, c], c])
+
+
+def test_what_has_died_before_a_channel_begins_keeps_its_digits():
+    """Off the whole of a column that was large before, what is left would be rounding."""
+    t = np.linspace(0, 1, 80)
+    basis = np.stack([np.exp(-60 * t), np.cos(9 * t)], axis=1)[None, None]
+    use = np.ones((80, 2), bool)
+    use[:35, 1] = False
+    gram, _ = normal(basis, np.ones((80, 2)), use)
+    own = basis[0, 0, 35:]
+    assert gram[0, 1] == pytest.approx(own.T @ own, rel=1e-9, abs=0)
