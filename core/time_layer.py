@@ -26,8 +26,10 @@ MATERIAL = 0.005  # least share of the motion's RMS
 NEARLY = 0.80  # of the best one's gain makes a twin
 PROMISE = 8.0  # least gain in chi2 that a score test must see before an effect is fitted
 FEEBLE = 0.2  # the same over what a quiet fit leaves beyond noise
+SETTLED = 0.95  # share of the excess from which what comes later gets one start only
 BEGUN = 7  # places that a fit begins from: the marker and the six farthest apart on the body
 FIRSTS, BESIDE = 10, 4  # names that are tried alone, and beside another one, at most
+AT_ONCE = 2  # the most promising effects, which race each other only and may settle the rest
 MOSTLY, BETTER = 0.6, 0.9  # share that the best one must take, misfit that it leaves then
 
 
@@ -108,9 +110,13 @@ def singles(start: TimeFit, against: TimeFit | None = None) -> tuple[list[Candid
     searches that are not worth their end as long as others tell more, with where they stand.
     """
     chosen = _chosen(start, FIRSTS)
-    going, left = worth(begun_all(chosen))
-    best = {}
-    _gather(best, _ended(going), against or start)
+    best, left = {}, []
+    for some in (chosen[:AT_ONCE], chosen[AT_ONCE:]):
+        if any(c.share > SETTLED for c in best.values()):
+            some = [replace(one, runners=1) for one in some]
+        going, others = worth(begun_all(some))
+        left += others
+        _gather(best, _ended(going), against or start)
     return _again([(_ranked(best), chosen, against or start)])[0], left
 
 
