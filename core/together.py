@@ -35,7 +35,7 @@ from .time_layer import (
 )
 from .timefit import best_fit, walked
 
-BEAM = 2  # best single effects, held out too and where fitted, that a second is sought beside
+BEAM, FITTING = 2, 3  # best single effects, held out too and where fitted, with a second beside
 FEW = 2  # modes: with more, so many places tie that the first swings tell nothing
 TWOS = 10  # pairs that are begun
 FINALISTS = 6  # that go on to the end at most
@@ -67,7 +67,7 @@ def _beside(start: TimeFit, ranked: list[Candidate], known: dict):
     """Candidates of the best single effects and what shows beside each."""
     strong = [single for single in ranked if single.evidence >= EVIDENCE]
     fitting = sorted(strong, key=lambda single: bic(single.found))
-    first = list(dict.fromkeys([*strong[:BEAM], *fitting[:BEAM]]))
+    first = list(dict.fromkeys([*strong[:BEAM], *fitting[:FITTING]]))
     new = [single for single in first if single.found not in known]
     beside = list(zip(new, seconds(new, [start] * len(new), start), strict=True))
     for single in first:
