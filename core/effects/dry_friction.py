@@ -20,11 +20,12 @@ def force(theta, setting):
     per_metre = np.exp(-theta[:, 1]) / setting.amplitude
     size = theta[:, 0] * setting.omega[0] ** 2 * setting.amplitude
     slip, most, against = np.zeros(len(theta)), np.ones(len(theta)), -size
+    least = -most
 
     def push(state):
         np.add(slip, state.dx * (state.h * per_metre), out=slip)
         np.minimum(slip, most, out=slip)
-        np.maximum(slip, -most, out=slip)
+        np.maximum(slip, least, out=slip)
         return against * slip
 
     return push
