@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.linalg.lapack import dgesv
 
 from .match import PAIR, TURNED
 
@@ -54,6 +55,16 @@ class Measured:
         return self.shapes / self.shape_error
 
     @cached_property
+    def interval(self) -> np.ndarray:
+        """(K,) of every pitch from the first one, a logarithm."""
+        return np.log(self.frequency / self.frequency[0])
+
+    @cached_property
+    def power(self) -> np.ndarray:
+        """(K,) of every shape."""
+        return (self.shapes**2).sum(axis=1)
+
+    @cached_property
     def sure(self) -> np.ndarray:
         """(K,) share of every shape that is no noise, by which it tells a mode."""
         power = (self.weighed**2).sum(axis=1) / self.seen
@@ -87,7 +98,7 @@ def compare(measured: Measured, values, shapes, unit=None, *, most=np.inf) -> Hy
     """
     own = np.sqrt(np.maximum(values, 1e-300)) / (2 * np.pi)
     best = None
-    alike = _alike(measured.shapes, shapes, own)
+    alike = _alike(measured, shapes, own)
     for first in np.flatnonzero(own <= own[:FIRST][-1] * (1 + TURNED)):  # near ones change places
         partners = _partners(measured, own, alike, first)
         if partners is not None:
@@ -103,7 +114,7 @@ def rematched(measured: Measured, values, shapes, unit, found: Hypothesis) -> Hy
     that is as declared must not pay for it. Arguments as `compare` has them.
     """
     own = np.sqrt(np.maximum(values, 1e-300)) / (2 * np.pi)
-    alike = _alike(measured.shapes, shapes, own)
+    alike = _alike(measured, shapes, own)
     for k in range(1, len(found.modes)):
         for j in np.flatnonzero(alike[:, k] > LIKE):
             modes = (*found.modes[:k], int(j), *found.modes[k + 1 :])
@@ -117,57 +128,57 @@ def _partners(measured, own, alike, first) -> tuple[int, ...] | None:
     """Computed mode of every measured one by likeness (m, K), the first one being `first`."""
     if alike[first, 0] < LIKE:
         return None
-    scale = measured.frequency[0] / own[first]
-    taken = [first]
+    off = np.log(own / own[first])
+    taken = [int(first)]
     for k in range(1, len(measured.frequency)):
-        score = measured.sure[k] * alike[:, k] - np.abs(
-            np.log(measured.frequency[k] / (scale * own))
-        )
+        score = measured.sure[k] * alike[:, k] - np.abs(measured.interval[k] - off)
         score[taken] = -np.inf
-        taken.append(int(np.argmax(score)))
+        taken.append(int(score.argmax()))
     return tuple(taken)
 
 
 def _alike(measured, shapes, own) -> np.ndarray:
-    """(m, K) MAC of every computed mode, or the pair that it belongs to, with measured (K, C)."""
-    gram, across, power = shapes @ shapes.T, shapes @ measured.T, (measured**2).sum(axis=1)
-    alike = across**2 / np.maximum(np.outer(np.diag(gram), power), 1e-300)
+    """(m, K) MAC of every computed mode, or the pair that it belongs to, with the measured ones."""
+    gram, across = shapes @ shapes.T, shapes @ measured.shapes.T
+    alike = across**2 / np.maximum(gram.diagonal()[:, None] * measured.power, 1e-300)
     pairs = np.abs(own / own[:, None] - 1) < PAIR
     done = {}
     for j in np.flatnonzero(pairs.sum(axis=1) > 1):
         both = pairs[j].tobytes()
         if both not in done:
             at = np.flatnonzero(pairs[j])
-            shares = _solved(gram[np.ix_(at, at)], across[at])
-            done[both] = (across[at] * shares).sum(axis=0) / power
+            shares = _solved(gram[at[:, None], at], across[at])
+            done[both] = (across[at] * shares).sum(axis=0) / measured.power
         alike[j] = done[both]
     return alike
 
 
 def _solved(gram: np.ndarray, right: np.ndarray) -> np.ndarray:
     """The normal equations' least solution: two modes of a pair may look the same."""
-    size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-    right = (right.T / size).T
-    known = gram / np.outer(size, size) + DEPENDENT * np.eye(len(gram))
-    return (np.linalg.solve(known, right).T / size).T
+    size = np.sqrt(np.maximum(gram.diagonal(), 1e-300))
+    known = gram / (size[:, None] * size)
+    known.flat[:: len(size) + 1] += DEPENDENT
+    return (dgesv(known, (right.T / size).T)[2].T / size).T
 
 
 def _mixed(modes, wanted, gap, many: float) -> tuple[np.ndarray, float]:
     """How much of every one of the `modes` (n, C) makes the `wanted` shape (C,), both over its
     errors, and what having them costs; `gap` (n,): of their pitches to the matched one's, relative.
     """
-    power = np.einsum("ij,ij->i", modes, modes)
+    gram, across = modes @ modes.T, modes @ wanted
     if len(modes) == 1:
-        return modes @ wanted / max(float(power[0]), 1e-300), 0.0
-    scale = power.max() / max(wanted @ wanted, 1e-12)
+        return across / max(float(gram[0, 0]), 1e-300), 0.0
+    scale = gram.diagonal().max() / max(wanted @ wanted, 1e-12)
     keep = np.where(gap < PAIR, 0.0, (gap / MIXING) ** 2 * scale)
-    part = _solved(modes @ modes.T + np.diag(keep / many), modes @ wanted)
+    gram.flat[:: len(keep) + 1] += keep / many
+    part = _solved(gram, across)
     return part, keep @ part**2
 
 
 def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
     """The hypothesis with these partners, None where it costs no less than `most`."""
-    ratio = np.log(measured.frequency / own[list(partners)])
+    chosen = own[list(partners)]
+    ratio = np.log(measured.frequency / chosen)
     weight = measured.weight[: len(ratio)]
     sag = None
     weigh = unit is not None and measured.sag is not None
@@ -202,7 +213,7 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
         whole,
         modulus,
         partners,
-        own[list(partners)] * np.sqrt(modulus),
+        chosen * np.sqrt(modulus),
         np.array(fitted),
         pull,
         np.array(chi2),

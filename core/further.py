@@ -1,5 +1,7 @@
 """Modes of the body that the recording shows beside the matched ones."""
 
+from functools import partial
+
 import numpy as np
 
 from .all_told import (
@@ -34,6 +36,7 @@ from .match import ACROSS, HARMONIC, Match, is_driven, likeness, mac
 from .refit import without
 from .residual import QUIET, bic
 from .settle import displaced
+from .side_by_side import meanwhile
 from .timefit import extend, fit
 
 TWIN = 0.25  # relative, from a mode whose degenerate partner was not matched
@@ -67,12 +70,14 @@ def with_further(
             break
         effects, known, start, law = [], {}, found, found.law
         for take, index in enumerate(law.fitted):
-            clear, told = [], None if attempt else _all_told(found, take, match, rings)
-            if told:
-                begun = as_heard(found, told) if len(law.fitted) == 1 else found
-                clear = modes_of(begun, take, match, body, told.ring)
-                start = begun if clear else found
-            heard = clear or ([] if read else _poles(found, take, match, body))
+            clear = []
+            with meanwhile(partial(_poles, found, take, match, body)) as of_the_rest:
+                told = None if attempt else _all_told(found, take, match, rings)
+                if told:
+                    begun = as_heard(found, told) if len(law.fitted) == 1 else found
+                    clear = modes_of(begun, take, match, body, told.ring)
+                    start = begun if clear else found
+                heard = clear or ([] if read else of_the_rest())
             before = known.setdefault(law.pitch[index], [])  # heard in another take
             new = [(f, z) for f, z in heard if all(abs(np.log(f / g)) > APART for g in before)]
             before += [f for f, _ in new]

@@ -10,7 +10,7 @@ import pickle
 import sys
 from collections.abc import Iterable
 from dataclasses import fields, is_dataclass
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from importlib import import_module
 from types import CellType, CodeType, FunctionType, MethodType
 
@@ -27,16 +27,10 @@ class Known:
     """
 
     def __init__(self, roots: Iterable):
-        self.objects, seen = {}, {}
-        todo = [*roots, *(vars(one) for name, one in sys.modules.items() if _is_ours(name))]
-        while todo:
-            one = todo.pop()
-            if id(one) in seen:
-                continue
-            seen[id(one)] = one
-            if isinstance(one, KEPT) or (_is_noun(one) and one.__dataclass_params__.frozen):
-                self.objects[id(one)] = one
-            todo += _made_of(one)
+        loaded = frozenset(filter(_is_ours, list(sys.modules)))
+        objects, seen = _of_the_package(loaded)
+        self.objects = dict(objects)
+        _reached(roots, self.objects, dict(seen))
 
     def packed(self, result) -> bytes:
         """The result, as it travels. Raises what `pickle` does."""
@@ -47,6 +41,29 @@ class Known:
     def unpacked(self, sent: bytes):
         """The result again."""
         return _Unpickler(io.BytesIO(sent), self.objects).load()
+
+
+@lru_cache(maxsize=1)
+def _of_the_package(loaded: frozenset) -> tuple[dict, dict]:
+    """What is reached from these modules, by what it is known by: it stays as it is."""
+    objects, seen = {}, {}
+    _reached([vars(sys.modules[name]) for name in loaded], objects, seen)
+    return objects, seen
+
+
+def _reached(roots: Iterable, objects: dict, seen: dict) -> None:
+    """Put all that is reached from the roots into `seen`, of that what goes as a reference into
+    `objects`.
+    """
+    todo = [*roots]
+    while todo:
+        one = todo.pop()
+        if id(one) in seen:
+            continue
+        seen[id(one)] = one
+        if isinstance(one, KEPT) or (_is_noun(one) and one.__dataclass_params__.frozen):
+            objects[id(one)] = one
+        todo += _made_of(one)
 
 
 def _is_ours(name: str) -> bool:

@@ -1,6 +1,7 @@
 """All takes of a case together: one set of modes and effects, each take with its own start."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from .partners import FAINT, gaps_of, swing_of, with_partners
 from .residual import NOISY, excess
 from .seat import seated
 from .settle import Recorded, amplitudes, astray, beside, moves_its_way, settle, untied
+from .side_by_side import side_by_side
 from .symmetry import is_even
 from .timefit import fit
 from .unheard import weak_modes
@@ -134,7 +136,7 @@ def nearby(heard: Heard):
 def _listened(body: Body, find_release) -> tuple[Recorded, tuple]:
     """The takes and the bodies that they need, and every take's ring-down."""
     case = body.case
-    pairs = [listen(take, find_release) for take in case.takes]
+    pairs = side_by_side([partial(listen, take, find_release) for take in case.takes])
     rings = tuple(ring for _, ring in pairs)
     takes = tuple(_first_periods(d, r) if d.take.held_out else d for d, r in pairs)
     keys = [_key(take) for take in case.takes]

@@ -146,12 +146,14 @@ def solve(law: Law, P: np.ndarray) -> Solved:
         for n in group:
             values = np.where(uses[n], _given(law, n), 0.0)
             basis = bases[n] if law.conditions == 1 else np.take(bases[n], columns, axis=3)
-            own = normal(basis, values, uses[n])
-            weight = data[n].sigma ** -2.0 if len(group) > 1 else np.ones(1)
-            gram = gram + own[0] * weight[:, None, None]
-            right = right + own[1] * weight[:, None]
+            own, theirs, of = normal(basis, values, uses[n])
+            if len(group) > 1:  # each take has its own patterns, and its own weight
+                weight = data[n].sigma ** -2.0
+                own, theirs = own[:, of] * weight[:, None, None], theirs * weight[:, None]
+                of = np.arange(len(weight))
+            gram, right = gram + own, right + theirs
         if group:
-            coefficients[:, :, columns] = coefficients_of(gram, right, barred[:, columns])
+            coefficients[:, :, columns] = coefficients_of(gram, right, of, barred[:, columns])
     return Solved(coefficients, bases, uses, motions, barred)
 
 

@@ -1,5 +1,7 @@
 """From a take to its free motion and its ring-down, with the noise it was recorded in."""
 
+from functools import partial
+
 import numpy as np
 
 from .channels import Channels, free_motion
@@ -9,6 +11,7 @@ from .harmonic_inversion import invert
 from .match import DEAD
 from .noise_floor import noise_floor
 from .shutter import at_once
+from .side_by_side import meanwhile
 
 ROUNDED = 0.01  # of a frame that a written instant may be beside one
 ENOUGH = 12  # samples of a channel that an inversion needs
@@ -90,22 +93,24 @@ def _all_free(data: Channels) -> tuple[Channels, RingDown]:
     Exposed around the release, a frame is half of what was before; and a release is seen only once
     the object has moved by more than noise. No sum of swings that last reaches such a frame.
     """
-    ring = _inverted(data)
-    left, seen = _left(data, ring)
-    for _ in range(FIRST):
-        later = _without(data, 1)
-        if left.sum() - seen.sum() < (OFF**2 - 1) * seen[0] or not _is_enough(later):
-            break
-        other = _inverted(later)
-        less, fewer = _left(later, other)
-        gain, samples = left.sum() - less.sum(), seen.sum() - fewer.sum()
-        # what acts in time leaves much, but no more in the first frame than in the next ones
-        usual = max(less[:NEXT].sum() / max(fewer[:NEXT].sum(), 1), 1.0) * samples
-        if gain - samples < (OFF**2 - 1) * samples:
-            break
-        if gain - samples < HELD * (left.sum() - seen.sum()) and gain < OFF**2 * usual:
-            break
-        data, ring, left, seen = later, other, less, fewer
+    later = _without(data, 1)
+    with meanwhile(partial(_inverted, later)) as inverted:
+        ring = _inverted(data)
+        left, seen = _left(data, ring)
+        for _ in range(FIRST):
+            if left.sum() - seen.sum() < (OFF**2 - 1) * seen[0] or not _is_enough(later):
+                break
+            other = inverted()
+            less, fewer = _left(later, other)
+            gain, samples = left.sum() - less.sum(), seen.sum() - fewer.sum()
+            # what acts in time leaves much, but no more in the first frame than in the next ones
+            usual = max(less[:NEXT].sum() / max(fewer[:NEXT].sum(), 1), 1.0) * samples
+            if gain - samples < (OFF**2 - 1) * samples:
+                break
+            if gain - samples < HELD * (left.sum() - seen.sum()) and gain < OFF**2 * usual:
+                break
+            data, ring, left, seen, later = later, other, less, fewer, _without(later, 1)
+            inverted = partial(_inverted, later)
     return data, ring
 
 

@@ -251,12 +251,14 @@ def _looker(effect: Effect, family: Family, ground: Ground):
 
     def solved(theta, most):
         K, M = family.matrices(theta)
+        part = family.within(theta) if family.within else np.eye(len(K))
         values, x = eigh(K, M, subset_by_index=[0, count - 1])
         unit = None
         if own is not None:
-            pull = own + (family.weight(theta, gravity) if family.weight else 0)
-            unit = seen @ np.linalg.solve(K, pull)
-        found = compare(measured, values * ground.shrink[:count], (seen @ x).T, unit, most=most)
+            pull = part.T @ own + (family.weight(theta, gravity) if family.weight else 0)
+            unit = seen @ (part @ np.linalg.solve(K, pull))
+        shapes = (seen @ (part @ x)).T
+        found = compare(measured, values * ground.shrink[:count], shapes, unit, most=most)
         if found is None:
             return None, np.inf
         if effect.name == "gravity_preload":  # the modulus that carries the weight is the one found

@@ -7,6 +7,7 @@ Source      Golub and Pereyra, Inverse Problems 19 (2003) R1 (variable projectio
 """
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -15,12 +16,14 @@ from .channels import cut
 from .effects.base import FINE, Effect
 from .law import Law, TimeFit, bounds, unpack
 from .linear_part import left_over, march, residuals, solve
+from .side_by_side import side_by_side
 
 DONE, NEAR = 1e-5, 1e-2  # share of the misfit that a last step gains, at the end and on the way
 HARDER = 6.0  # times as much damping after a refused step; three times so where it did nothing
 IN_VAIN = 1e-3  # of what a refused step lost, by which it did nothing
 FLAT = 2  # refused steps that lost no more than a last look gains, after which a search ends
 LAGS = 1.5  # of the best walk's misfit: one that is more off does not catch up
+MUCH = 5e5  # samples, times numbers searched from all starts: a tenth of a second or more
 SAME = 0.0005  # of what its parameters may be: nearer the best walk, one is where that is
 
 
@@ -87,7 +90,7 @@ def walked(law: Law, starts, horizons, evaluations: int, most: int = 2, close=(D
         short = _cut(law, horizon)
         starts = np.clip(_gauged(short, np.array(starts)), low + 1e-12, high - 1e-12)
         end = (evaluations, *close) if horizon == 1.0 else (evaluations, NEAR, 0.0)
-        walks = _promising(_descend(short, starts, (low, high), end), high - low, most)
+        walks = _promising(_descended(short, starts, (low, high), end), high - low, most)
         starts = [p for p, _, _ in walks]
     return walks
 
@@ -137,6 +140,19 @@ def _look(law: Law, places: list[np.ndarray], high: np.ndarray) -> list:
             row -= here
             row /= step
     return [(one[0], one[1:].T) for one in out]
+
+
+def _descended(law: Law, starts: np.ndarray, bounds, end: tuple[int, float, float]) -> list:
+    """As `_descend`, half of the searches by each of two processes where they are work enough; a
+    march is not, whose steps cost the same for few of them.
+    """
+    samples = sum(law.takes[i].values.size for i in law.fitted)
+    marched = any(e.marched for e in law.effects)
+    if marched or samples * starts.size < MUCH:
+        return _descend(law, starts, bounds, end)
+    halves = np.array_split(starts, 2)
+    done = side_by_side([partial(_descend, law, half, bounds, end) for half in halves if len(half)])
+    return [walk for half in done for walk in half]
 
 
 def _descend(law: Law, starts, bounds, end: tuple[int, float, float]) -> list:

@@ -9,7 +9,6 @@ Looks like  graded_stiffness, compliant_pin; a take with a known mass on top set
 Source      Rayleigh, The Theory of Sound, vol. 1, ch. IV; Johnson, Contact Mechanics (1985), ch. 3
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 
@@ -20,10 +19,9 @@ from ..data import Load, Surface
 from ..elasticity import add_loads, lump_operator, lump_radius, surface_quadrature
 from ..factorization import Factorization, factorize
 from ..surface import closest_point
-from .base import Effect, Family, Parameter, reduced_basis
+from .base import KNOWN, Effect, Family, Parameter, reduced_basis
 
 PLACES = 40  # on the surface, far apart
-RESPONSES = 10  # of them whose local give is in the basis
 NEAR = 12  # places around the best one, where it is looked for again
 WALKS = 3  # times at most that it is looked for as far off, before half as far
 HALVINGS = 4  # at most of how far that is, before the last look around
@@ -51,37 +49,46 @@ def families(body, solve):
     sizes = np.log(np.geomspace(2e-3, 2.0, 8))
     at, _, areas = surface_quadrature(body.model)
     on, reach = (at @ body.model.points.ravel()).reshape(-1, 3), np.sqrt(areas.sum() / PLACES)
-    places = _spread(on, PLACES)
-    free = body.model.free
-    bearer = Bearer(body, solve, factorize(body.model.stiffness[free][:, free]))
-    search = Search(places, sizes, places[:RESPONSES], (), SEATS[:1], WIDTHS[:1], reach)
-    return (_family(bearer, search),)
+    search = Search(_spread(on, PLACES), sizes, SEATS[:1], WIDTHS[:1], reach)
+    return (_family(Bearer.of(body), search),)
 
 
 @dataclass(frozen=True, eq=False)
 class Bearer:
-    """The body that bears the lump, its stiffness factorized once: a mass changes none of it."""
+    """The body that bears the lump: its modes, and its stiffness factorized once."""
 
     body: object
-    solve: Callable
+    modes: np.ndarray  # (3P, m) mass-orthonormal
+    stiffness: np.ndarray  # (m, m) between them, at 1 Pa
     factor: Factorization
+
+    @classmethod
+    def of(cls, body) -> "Bearer":
+        model, free = body.model, body.model.free
+        modes = reduced_basis(
+            [body.modes.shapes.reshape(len(model.mass.indptr) - 1, -1)], model.mass
+        )
+        factor = factorize(model.stiffness[free][:, free])
+        return cls(body, modes, modes.T @ (model.stiffness @ modes), factor)
 
     @property
     def mass(self) -> float:
         """kg."""
         return self.body.bare.mesh.volume * self.body.bare.material.density
 
-    def modes(self, mass: float, place: np.ndarray) -> np.ndarray:
-        """(3P, n) about the lowest with a lump of `mass` kg."""
-        heavy = change_model(self.body.model, (mass, *place))
-        return self.solve(heavy, self.body.modes.shapes.shape[2], self.factor)
-
     def give(self, pushes) -> np.ndarray:
-        """(3P, k) m how it gives to forces (k, 3P) at 1 Pa, where it does at all."""
-        free = self.body.model.free
+        """(3P, k) how it gives to forces (k, 3P), beside its modes; as large as these."""
+        model, free = self.body.model, self.body.model.free
         static = np.zeros((pushes.shape[1], pushes.shape[0]))
         static[free] = self.factor.solve(pushes[:, free].T.toarray())
-        return static[:, np.linalg.norm(static, axis=0) > 0]
+        for _ in range(2):
+            static /= np.maximum(np.sqrt(_powers(static, model.mass)), 1e-300)
+            static -= self.modes @ (self.modes.T @ (model.mass @ static))
+        return static
+
+
+def _powers(vectors: np.ndarray, mass) -> np.ndarray:
+    return np.einsum("ij,ij->j", vectors, mass @ vectors)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,11 +97,10 @@ class Search:
 
     places: np.ndarray  # (n, 3) m; after the first time the best one so far comes first
     sizes: np.ndarray  # logarithms of masses over the body's
-    giving: np.ndarray  # (k, 3) m, places whose give is in the basis
-    modes: tuple  # more shapes for the basis
     seats: tuple
     widths: tuple
     reach: float  # m, how far off it is looked for next
+    first: bool = True
     walks: int = 0  # times that it was looked for so far off
     halvings: int = 0
     last: bool = False
@@ -102,65 +108,64 @@ class Search:
     def around(self, bearer: Bearer, place: int, mass: float):
         """The next one, with the lump at that place; mass over the body's, a logarithm."""
         centre, heavy = self.places[place], bearer.mass * np.exp(mass)
-        moved = (place > 0 or not self.modes) and self.walks < WALKS
+        moved = (place > 0 or self.first) and self.walks < WALKS
         reach, halvings = self.reach / (1 if moved else 2), self.halvings + (not moved)
         around = _around(bearer.body.model.mesh, centre, reach)
         last = halvings > HALVINGS or reach < CLOSE * lump_radius(heavy)
-        some = np.vstack([centre, _spread(around, NEAR)]) if len(around) else centre[None]
-        modes = self.modes
-        if place > 0 or not modes:
-            modes = (bearer.modes(heavy, centre),)
-        sizes = mass + np.linspace(-1, 1, 5) * (0.25 if last else 0.5)
-        walks = self.walks + 1 if moved else 0
         return Search(
-            places=some,
-            sizes=sizes,
-            giving=some,
-            modes=modes,
+            places=np.vstack([centre, _spread(around, NEAR)]) if len(around) else centre[None],
+            sizes=mass + np.linspace(-1, 1, 5) * (0.25 if last else 0.5),
             seats=SEATS if last else SEATS[::2],
             widths=WIDTHS if last else WIDTHS[:1],
             reach=reach,
-            walks=walks,
+            first=False,
+            walks=self.walks + 1 if moved else 0,
             halvings=halvings,
             last=last,
         )
 
 
 def _family(bearer: Bearer, search: Search) -> Family:
-    body, model, own = bearer.body, bearer.body.model, bearer.mass
+    """The body with a lump at each of the places, in its modes and how it gives there: as near as a
+    few parts in ten thousand (MacNeal, Computers & Structures 1 (1971) 581).
+    """
+    body, own = bearer.body, bearer.mass
     radii = lump_radius(own * np.exp(np.mean(search.sizes))) * np.array(search.widths)
-    basis = [body.modes.shapes.reshape(-1, body.modes.shapes.shape[2]), *search.modes]
-    for radius in radii:
-        basis.append(bearer.give(lump_operator(model, search.giving, radius)))
-    basis = reduced_basis(basis, model.mass)
-    K, r = basis.T @ (model.stiffness @ basis), basis.shape[1]
-    at = [
-        (lump_operator(model, search.places, radius) @ basis).reshape(len(search.places), 3, r)
-        for radius in radii
+    on = [lump_operator(body.model, search.places, radius) for radius in radii]
+    basis = np.hstack([bearer.modes, *(bearer.give(operator) for operator in on)])
+    spots = [
+        _spots(bearer, basis, operator, 3 * len(search.places) * n) for n, operator in enumerate(on)
     ]
     gravity = body.case.takes[0].gravity
     down = None if gravity is None else gravity / max(np.linalg.norm(gravity), 1e-300)
 
+    def spot(theta):
+        return spots[int(theta[2])][int(theta[0])]
+
     def matrices(theta):
         """Of the body and the lump's own three displacements, on springs between them."""
         along = np.outer(down, down) if theta[1] else np.eye(3)
-        width = int(theta[2])
-        N, spring = along @ at[width][int(theta[0])], radii[width] / np.exp(theta[3])
+        here, spring = spot(theta), radii[int(theta[2])] / np.exp(theta[3])
+        N, s = along @ here.motion, len(here.stiffness)
         inertia = own * np.exp(theta[4]) * (along + STILL * (np.eye(3) - along))
-        stiffness, mass = np.empty((r + 3, r + 3)), np.eye(r + 3)
-        stiffness[:r, :r] = K + spring * N.T @ N
-        stiffness[r:, :r] = -spring * N
-        stiffness[:r, r:] = stiffness[r:, :r].T
-        stiffness[r:, r:] = spring * np.eye(3)
-        mass[r:, r:] = inertia
+        stiffness, mass = np.empty((s + 3, s + 3)), np.eye(s + 3)
+        stiffness[:s, :s] = here.stiffness + spring * N.T @ N
+        stiffness[s:, :s] = -spring * N
+        stiffness[:s, s:] = stiffness[s:, :s].T
+        stiffness[s:, s:] = spring * np.eye(3)
+        mass[s:, s:] = inertia
         return stiffness, mass
+
+    def within(theta):
+        part = spot(theta).part
+        return np.hstack([part, np.zeros((len(part), 3))])
 
     def report(theta, youngs_modulus):
         place = search.places[int(theta[0])]
         return {"mass": own * np.exp(theta[4]), "position": place.tolist()}
 
     def weight(theta, gravity):
-        return np.r_[np.zeros(r), own * np.exp(theta[4]) * gravity]
+        return np.r_[np.zeros(len(spot(theta).stiffness)), own * np.exp(theta[4]) * gravity]
 
     def nearer(theta):
         return _family(bearer, search.around(bearer, int(theta[0]), theta[4]))
@@ -171,10 +176,45 @@ def _family(bearer: Bearer, search: Search) -> Family:
     low = np.array([0, 0, 0, np.log(SEATS[0]), np.log(1e-4)])
     high = np.array([len(places) - 1, 1, len(radii) - 1, np.log(SOFTEST), np.log(HEAVIEST)])
     return Family(
-        np.hstack([basis, np.zeros((len(basis), 3))]), matrices, grid, low, high, report, weight,
+        basis, matrices, grid, low, high, report, weight, within=within,
         frozen=3, unknowns=4, nearer=None if search.last else nearer, size=lambda theta: theta[4],
-        choices=1 if search.modes and not search.last else 10,
+        choices=10 if search.first or search.last else 1,
     )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _Spot:
+    """The body as it gives to what sits at one place; the basis is mass-orthonormal."""
+
+    part: np.ndarray  # (r, s) of the family's basis
+    stiffness: np.ndarray  # (s, s)
+    motion: np.ndarray  # (3, s) of the place
+
+
+def _spots(bearer: Bearer, basis: np.ndarray, operator, first: int) -> list[_Spot]:
+    """Of each place whose motion is a row of the operator (3n, 3P); the give there begins with
+    column `first` after the modes.
+    """
+    model, m = bearer.body.model, bearer.modes.shape[1]
+    give = basis[:, m + first : m + first + operator.shape[0]]
+    heavy, stiff, moves = model.mass @ give, model.stiffness @ give, operator @ basis[:, :m]
+    across = bearer.modes.T @ stiff
+    out = []
+    for at in range(0, give.shape[1], 3):
+        own = slice(at, at + 3)
+        w, v = np.linalg.eigh(give[:, own].T @ heavy[:, own])
+        turn = v[:, w > KNOWN] / np.sqrt(w[w > KNOWN])
+        s = m + turn.shape[1]
+        part, stiffness = np.zeros((basis.shape[1], s)), np.empty((s, s))
+        part[:m, :m] = np.eye(m)
+        part[m + first + at : m + first + at + 3, m:] = turn
+        stiffness[:m, :m] = bearer.stiffness
+        stiffness[:m, m:] = across[:, own] @ turn
+        stiffness[m:, :m] = stiffness[:m, m:].T
+        stiffness[m:, m:] = turn.T @ (give[:, own].T @ stiff[:, own]) @ turn
+        motion = np.hstack([moves[own], (operator[own] @ give[:, own]) @ turn])
+        out.append(_Spot(part, stiffness, motion))
+    return out
 
 
 def _around(mesh, centre: np.ndarray, reach: float) -> np.ndarray:

@@ -176,6 +176,8 @@ class Family:
     high: np.ndarray  # (p,)
     report: Callable  # (theta, youngs_modulus) -> {name: value}
     weight: Callable | None = None  # (theta, gravity) -> (r,) N beside the body's own
+    within: Callable | None = None  # theta -> (r, s) part of the basis that is enough there: what
+    # the two above return is in it
     frozen: int = 0  # leading entries of theta that are choices, not numbers
     unknowns: int = 1
     choices: int = 10  # places or forms whose numbers are refined
