@@ -7,6 +7,7 @@ square is exactly the Fisher information of the poles once amplitudes are known 
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -108,11 +109,13 @@ def fit(
 
 def basis(t: np.ndarray, poles: Poles) -> np.ndarray:
     """(T, 2m + j): exp(-s t) cos(w t) of all modes, then exp(-s t) sin(w t), then exp(-r t)."""
-    envelope = np.exp(-np.outer(t, poles.decay))
-    phase = np.outer(t, poles.omega)
-    return np.hstack(
-        [envelope * np.cos(phase), envelope * np.sin(phase), np.exp(-np.outer(t, poles.creep))]
-    )
+    m, t = len(poles.omega), t[:, None]
+    out = np.empty((len(t), 2 * m + len(poles.creep)))
+    envelope, phase = np.exp(-poles.decay * t), poles.omega * t
+    np.multiply(envelope, np.cos(phase), out=out[:, :m])
+    np.multiply(envelope, np.sin(phase), out=out[:, m : 2 * m])
+    np.exp(-poles.creep * t, out=out[:, 2 * m :])
+    return out
 
 
 def _samples(t, y, x, unknowns: int) -> _Samples:
@@ -150,12 +153,15 @@ def _project(samples: _Samples, poles: Poles):
     matrix of the part of that which the linear unknowns cannot imitate (b, k, k).
     """
     moving = basis(samples.t, poles)
-    phi = np.hstack([moving, samples.x])
+    k, q = moving.shape[1], samples.x.shape[1]
+    n, channels = k + q, samples.channels
+    columns = np.empty((len(moving), n + k))
+    columns[:, :k], columns[:, k:n] = moving, samples.x
+    phi, tangent = columns[:, :n], columns[:, n:]
     scale = np.sqrt(np.einsum("tn,tn->n", phi, phi))
     scale[scale < GONE] = 1.0
-    n, channels = phi.shape[1], samples.channels
-    columns = np.hstack([phi / scale, samples.t[:, None] * moving])
-    phi, tangent = columns[:, :n], columns[:, n:]
+    phi /= scale
+    np.multiply(samples.t[:, None], moving, out=tangent)
     normal = (columns.T @ columns)[None]
     if samples.missing.size:
         lost = columns[samples.missing] * samples.gone[:, :, None]
@@ -208,10 +214,19 @@ def _ways(solved: np.ndarray, m: int, j: int) -> tuple:
     """The derivative by each pole number, u (p, C) times one column of t * basis and v (p, C) times
     another one, and which columns (p,) these are.
     """
-    a, b, c = solved[:m], solved[m : 2 * m], solved[2 * m : 2 * m + j]
+    u, v = np.zeros((2, 2 * m + j, solved.shape[1]))
+    np.negative(solved[:m], out=u[:m])
+    u[m : 2 * m] = solved[m : 2 * m]
+    np.negative(solved[2 * m : 2 * m + j], out=u[2 * m :])
+    np.negative(solved[m : 2 * m], out=v[:m])
+    np.negative(solved[:m], out=v[m : 2 * m])
+    return u, v, *_columns(m, j)
+
+
+@lru_cache
+def _columns(m: int, j: int) -> tuple[np.ndarray, np.ndarray]:
     k, r = np.arange(m), 2 * m + np.arange(j)
-    first, second = np.concatenate([k, k, r]), np.concatenate([m + k, m + k, r])
-    return np.vstack([-a, b, -c]), np.vstack([-b, -a, 0 * c]), first, second
+    return np.concatenate([k, k, r]), np.concatenate([m + k, m + k, r])
 
 
 def _evaluate(samples: _Samples, poles: Poles, count, known) -> dict:
@@ -253,12 +268,13 @@ def _levenberg_marquardt(evaluate, start, low, iterations: int):
         if not free.any():
             break
         hessian = state["information"][np.ix_(free, free)]
-        own = np.diag(hessian)
+        own = hessian.diagonal()
         scale = np.sqrt(np.maximum(own, max(ROUNDED * own.max(), 1e-300)))
-        scaled = hessian / np.outer(scale, scale)
+        scaled = hessian / (scale[:, None] * scale)
+        scaled.flat[:: len(scale) + 1] += damping
         step = np.zeros(len(vector))
         rhs = -state["gradient"][free] / scale
-        step[free] = np.linalg.solve(scaled + damping * np.eye(len(scale)), rhs) / scale
+        step[free] = np.linalg.solve(scaled, rhs) / scale
         trial = np.maximum(vector + step, low)
         tried = evaluate(trial) if np.isfinite(trial).all() else state | {"cost": np.inf}
         gain = state["cost"] - tried["cost"]
