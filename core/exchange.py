@@ -19,10 +19,11 @@ from .residual import NOISY, QUIET
 from .side_by_side import in_step_by_parts
 from .sufficiency import ENOUGH
 from .time_layer import Candidate, able, begins_of, judge, refuted, stands_in
-from .timefit import best_fit, misfits
+from .timefit import best_fit, misfits, walked
 
 RUNNERS = 2  # starting places of a twin that are fitted
-LOOKS = 20
+LOOKS, FIRST = 20, 8  # of a twin, and those by which one that must leave nothing shows promise
+HOPE = 1.5  # of the best one's misfit, that it leaves then at most
 
 
 def exchanged_alone(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
@@ -37,9 +38,10 @@ def exchanged_alone(found: list[Candidate], declared: TimeFit) -> list[Candidate
         for effect in able(declared, TIME_EFFECTS)
         if effect.name in best.found.law.effects[-1].twins
     ]
-    tries = in_step_by_parts([partial(_put, best.found, effect) for effect in twins])
+    most = HOPE * best.found.chi2
+    tries = in_step_by_parts([partial(_put, best.found, effect, most) for effect in twins])
     kept = {c.names: c for c in found}
-    for one in tries:
+    for one in filter(None, tries):
         strayed = ran_off(one) and not ran_off(best.found)
         if one.chi2 > NOISY * one.samples or strayed or refuted(one):
             continue
@@ -80,11 +82,18 @@ def _instead(found: TimeFit, at: int, effect: Effect) -> TimeFit | None:
     return None if strayed or refuted(best) or refuted(turned(best)) else best
 
 
-def _put(found: TimeFit, effect: Effect) -> TimeFit:
-    """The best fit with `effect` in the last one's place."""
+def _put(found: TimeFit, effect: Effect, most: float = np.inf) -> TimeFit | None:
+    """The best fit with `effect` in the last one's place; None where after the first looks that
+    leaves more than `most`.
+    """
     ways = (1.0, -1.0) if effect.scales else (1.0,)
     begins = [(way * b[0], *b[1:]) if effect.scales else b
               for way in ways for b in begins_of(effect, found, None)]  # fmt: skip
     law, starts = swapped(found, effect, begins)
     first = np.argsort(misfits(law, starts, found.samples))[:RUNNERS]
-    return best_fit(law, starts[first], evaluations=LOOKS)
+    if most == np.inf:
+        return best_fit(law, starts[first], evaluations=LOOKS)
+    walks = walked(law, starts[first], (1.0,), FIRST)
+    if walks[0][2] > most:
+        return None
+    return best_fit(law, np.array([p for p, _, _ in walks]), evaluations=LOOKS - FIRST)

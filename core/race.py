@@ -103,8 +103,10 @@ def _places(one: Try) -> np.ndarray:
     return np.array([extend(start, (effect,), [theta])[1] for theta in some])
 
 
-def ended(one: Try, begun: Begun) -> TimeFit:
-    """The best fit with the effect, from where its search stands."""
+def ended(one: Try, begun: Begun, anew: bool = True) -> TimeFit | None:
+    """The best fit with the effect, from where its search stands; where coarse steps have led that
+    astray, from its begin in fine ones, or None if it is not to begin `anew`.
+    """
     effect = one.effect
     rest = [h for h in one.horizons if h > HALF] if effect.marched else (1.0,)
     marched = any(e.marched for e in one.law.effects)
@@ -112,6 +114,8 @@ def ended(one: Try, begun: Begun) -> TimeFit:
     close = (CLOSELY if effect.marched else LOOSELY, CLOSE) if marched else (CLOSELY, 0.0)
     found = best_fit(one.law, begun.places, rest, evaluations=looks, close=close)
     if effect.marched and _is_unsteady(found, one.start):
+        if not anew:
+            return None
         shares = _shares(one, 1.0)
         found = best_fit(_finely(one.law), _places(one), shares, evaluations=looks, close=close)
     return across(found) if effect.force else found

@@ -135,31 +135,20 @@ def _on(one: _Asked, path, place, rest):
     """u, u' (B, T, K), views, from a path (N, 3, K, B) at steps `place` (T,) so much earlier,
     `rest` (T,) s; None for u' where that is not asked.
     """
-    w = (one.omega * np.sqrt(np.clip(1 - one.zeta**2, 1e-12, None))).T
-    d = (one.zeta * one.omega).T
-    own = _Waves(w, d)
-    out = np.empty((2 if one.speeds else 1, len(place), *w.shape))
-    part = max(NEAR // w.size, 1)
+    waves = _Waves((one.omega * np.sqrt(np.clip(1 - one.zeta**2, 1e-12, None))).T,
+                   (one.zeta * one.omega).T)  # fmt: skip
+    out = np.empty((2 if one.speeds else 1, len(place), *one.omega.T.shape))
+    part = max(NEAR // one.omega.size, 1)
     for some in (slice(a, a + part) for a in range(0, len(place), part)):
         u, v, kick = np.moveaxis(path[place[some]], 1, 0)
-        cos, sin = own.at(rest[some])
-        half = kick
-        half *= (rest[some] / 2)[:, None, None]
-        v += half
-        across = d * u
-        across += v
-        across /= w
-        across *= sin
-        np.multiply(cos, u, out=out[0, some])
-        out[0, some] += across
+        kick *= (rest[some] / 2)[:, None, None]
+        v += kick
+        for of_u, of_v, there in zip(*waves.flow(rest[some], one.speeds), out, strict=True):
+            np.multiply(of_u, u, out=there[some])
+            of_v *= v
+            there[some] += of_v
         if one.speeds:
-            across = one.omega.T**2 * u
-            across += d * v
-            across /= w
-            across *= sin
-            v *= cos
-            v -= across
-            np.add(v, half, out=out[1, some])
+            out[1, some] += kick
     u, *v = np.moveaxis(out, 3, 1)
     return u, v[0] if v else None
 
@@ -210,3 +199,14 @@ class _Waves:
         """Both (T, *) at `rest` (T,)."""
         wave = np.exp(np.multiply.outer(rest, self.each))
         return wave.real[:, self.of], wave.imag[:, self.of]
+
+    def flow(self, rest, speeds: bool = True):
+        """What u and u' (T, *) give to u `rest` (T,) later, and with `speeds` to u': two lists."""
+        wave = np.exp(np.multiply.outer(rest, self.each))
+        cos, sin, w, d = wave.real, wave.imag, self.each.imag, -self.each.real
+        sin = sin / w
+        of_u, of_v = [cos + d * sin], [sin]
+        if speeds:
+            of_u.append(-(w**2 + d**2) * sin)
+            of_v.append(cos - d * sin)
+        return [p[:, self.of] for p in of_u], [p[:, self.of] for p in of_v]

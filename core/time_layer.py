@@ -124,7 +124,7 @@ def passed_over(left: list, known: list[Candidate], against: TimeFit) -> list[Ca
     """Candidates of the searches that `singles` left, of names that are not among the `known`."""
     names, best = {c.names[0] for c in known}, {}
     left = [(one, begun) for one, begun in left if one.effect.name not in names]
-    _gather(best, _ended(left), against)
+    _gather(best, _ended(left, anew=False), against)
     return _ranked(best)
 
 
@@ -234,12 +234,14 @@ def _chosen(start: TimeFit, most: int) -> list[Try]:
     return out
 
 
-def _ended(going: list[tuple[Try, Begun]]) -> list:
-    """(Try, fit or None where it is vetoed, whether it is outdone) of each search, at its end."""
+def _ended(going: list[tuple[Try, Begun]], anew: bool = True) -> list:
+    """(Try, fit or None where it is vetoed, whether it is outdone) of each search, at its end; see
+    `ended`.
+    """
 
     def tried(one, begun):
-        found = ended(one, begun)
-        return None if vetoed(found) else (found, outdone(found))
+        found = ended(one, begun, anew)
+        return None if found is None or vetoed(found) else (found, outdone(found))
 
     done = in_step_by_parts(
         [partial(tried, *pair) for pair in going],

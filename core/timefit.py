@@ -23,6 +23,7 @@ HARDER = 6.0  # times as much damping after a refused step; three times so where
 IN_VAIN = 1e-3  # of what a refused step lost, by which it did nothing
 FLAT = 2  # refused steps that lost no more than a last look gains, after which a search ends
 LAGS = 1.5  # of the best walk's misfit: one that is more off does not catch up
+MANY = 4  # marched searches that are worth two processes
 MUCH = 5e5  # samples, times numbers searched from all starts: a tenth of a second or more
 SAME = 0.0005  # of what its parameters may be: nearer the best walk, one is where that is
 
@@ -143,15 +144,15 @@ def _look(law: Law, places: list[np.ndarray], high: np.ndarray) -> list:
 
 
 def _descended(law: Law, starts: np.ndarray, bounds, end: tuple[int, float, float]) -> list:
-    """As `_descend`, half of the searches by each of two processes where they are work enough; a
-    march is not, whose steps cost the same for few of them.
+    """As `_descend`, half of the searches by each of two processes where they are work enough: the
+    steps of a march cost much the same for a few of them.
     """
     samples = sum(law.takes[i].values.size for i in law.fitted)
-    marched = any(e.marched for e in law.effects)
-    if marched or samples * starts.size < MUCH:
+    few = len(starts) < MANY and any(e.marched for e in law.effects)
+    if few or samples * starts.size < MUCH:
         return _descend(law, starts, bounds, end)
-    halves = np.array_split(starts, 2)
-    done = side_by_side([partial(_descend, law, half, bounds, end) for half in halves if len(half)])
+    halves = [half for half in np.array_split(starts, 2) if len(half)]
+    done = side_by_side([partial(_descend, law, half, bounds, end) for half in halves])
     return [walk for half in done for walk in half]
 
 
