@@ -65,9 +65,7 @@ class Bearer:
     @classmethod
     def of(cls, body) -> "Bearer":
         model, free = body.model, body.model.free
-        modes = reduced_basis(
-            [body.modes.shapes.reshape(len(model.mass.indptr) - 1, -1)], model.mass
-        )
+        modes = reduced_basis([body.modes.shapes.reshape(model.mass.shape[0], -1)], model.mass)
         factor = factorize(model.stiffness[free][:, free])
         return cls(body, modes, modes.T @ (model.stiffness @ modes), factor)
 

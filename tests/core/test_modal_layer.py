@@ -8,12 +8,14 @@ import pytest
 from scipy.linalg import block_diag, eigh
 
 from core.all_told import damps_alike
+from core.boundary import face_points
 from core.compare import Measured, compare
 from core.data import Material
 from core.effects import added_mass, compliant_pin, graded_stiffness, poisson_ratio
 from core.elasticity import assemble, hold, lump_operator, lump_radius
 from core.findings import DOUBT, _chance
 from core.ground import parted
+from core.match import mac
 from core.modal_layer import _fit, improved
 from core.modes import solve_modes
 from tests.core.solids import block, box_surface
@@ -65,17 +67,44 @@ def test_a_changed_body_has_the_pitches_of_the_whole_one(body, effect, values, t
         assert differ(family, (told(value),), changed) < 2e-3
 
 
-def sprung(model, place, mass):
-    """Pitches (6,) Hz and shapes (P, 3, 6) with a lump on a spring, solved in full."""
-    radius, free = lump_radius(mass), model.free
+def boundary_points(body):
+    return face_points(body.model)[~body.model.pinned[face_points(body.model)]]
+
+
+def sprung(model, place, mass, radius, k):
+    """Pitches (6,) Hz and shapes (P, 3, 6) with a lump on a spring of k N/m, solved in full."""
+    free = model.free
     N = lump_operator(model, place[None], radius).toarray()[:, free]
-    k = radius / 2
     K, M = (m[free][:, free].toarray() for m in (model.stiffness, model.mass))
     K = np.block([[K + k * N.T @ N, -k * N.T], [-k * N, k * np.eye(3)]])
     values, x = eigh(K, block_diag(M, mass * np.eye(3)), subset_by_index=[0, 5])
     shapes = np.zeros((3 * len(model.points), 6))
     shapes[free] = x[:-3]
     return np.sqrt(values) / (2 * np.pi), shapes.reshape(-1, 3, 6)
+
+
+@pytest.mark.parametrize("share", [0.03, 0.3, 1.5])
+@pytest.mark.parametrize("width", [0, 1])
+def test_a_body_with_a_lump_on_it_is_as_near_in_a_few_shapes(body, share, width):
+    """In the body's modes and what gives under the lump, at any of the places."""
+    case = SimpleNamespace(takes=[SimpleNamespace(gravity=None)])
+    bearer = added_mass.Bearer.of(
+        SimpleNamespace(model=body.model, modes=body.modes, case=case, bare=body.model)
+    )
+    on = body.model.points[boundary_points(body)]
+    places = on[np.random.default_rng(2).choice(len(on), 3, replace=False)]
+    search = added_mass.Search(places, np.log([share]), (0.5,), added_mass.WIDTHS, 0.01)
+    family = added_mass._family(bearer, search)
+    radius = added_mass.WIDTHS[width] * lump_radius(bearer.mass * share)
+    for n, place in enumerate(places):
+        theta = np.array([n, 0, width, np.log(0.5), np.log(share)])
+        K, M = family.matrices(theta)
+        values, x = eigh(K, M, subset_by_index=[0, 5])
+        pitch, shapes = sprung(body.model, place, bearer.mass * share, radius, radius / 0.5)
+        assert np.sqrt(values) / (2 * np.pi) == pytest.approx(pitch, rel=1e-3)
+        told = (family.basis @ (family.within(theta) @ x)).reshape(shapes.shape)
+        for k in range(3):
+            assert mac(told[:, :, k].ravel(), shapes[:, :, k].ravel()) > 0.999
 
 
 @pytest.mark.parametrize("place", [(0.1, 0.0225, 0.015), (0.07, 0.03, 0.005), (0.05, 0.0, 0.02)])
@@ -95,7 +124,7 @@ def test_a_lump_is_found_where_it_sits_however_soft_its_seat_is(place):
         seen=lambda data, shapes=modes.shapes: shapes[corners].reshape(36, -1).T,
     )  # fmt: skip
     mass, x, young = 0.1 * model.mesh.volume * 1000.0, np.array(place), 2e4
-    pitch, shapes = sprung(model, x, mass)
+    pitch, shapes = sprung(model, x, mass, lump_radius(mass), lump_radius(mass) / 2)
     shapes = one.seen(None, shapes)
     errors = np.full(6, 0.003), np.abs(shapes).max(axis=1, keepdims=True) * np.full((6, 36), 0.02)
     measured = Measured(pitch * np.sqrt(young), errors[0], shapes, errors[1])
