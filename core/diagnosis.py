@@ -23,6 +23,8 @@ from .residual import NOISY, QUIET, excess, misfit
 from .side_by_side import in_step_by_parts
 from .sufficiency import (
     AHEAD,
+    CLEARLY,
+    CLEARLY_BOTH,
     ENOUGH,
     counts_second,
     fails,
@@ -93,9 +95,10 @@ def _told(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
 
 def _if_all_told(verdict: Verdict) -> Verdict:
     """The verdict; "unexplained", with the same names as its parts, where they leave too much."""
-    if verdict.verdict != "explained" or not owes(verdict.final, verdict.chain[0][1]):
-        return verdict
-    return replace(verdict, verdict="unexplained")
+    clearly = CLEARLY if len(verdict.effects) < 2 else CLEARLY_BOTH
+    if verdict.verdict == "explained" and owes(verdict.final, verdict.chain[0][1], clearly):
+        return replace(verdict, verdict="unexplained")
+    return verdict
 
 
 def _sharpened(verdict: Verdict) -> Verdict:

@@ -18,6 +18,7 @@ NEARLY_ALL = 0.97  # share of the excess where what was held out is still far of
 ASTRAY = 5.0  # times its noise, from which a held-out prediction is no explanation
 AHEAD = 1.5  # times its noise, from which what a first effect leaves ahead shows a second one
 CLEARLY = 1.4  # times its noise, from which what was held out is clearly off
+CLEARLY_BOTH = 1.25  # the same of two effects, which bend themselves to more than they are
 TRIFLE, PART = 0.1, 0.25  # rms, of what was off before, that an explanation may leave: held, fitted
 FAR_OFF = 2.0  # times its noise, from which a held-out error is that of something not modelled
 
@@ -34,13 +35,13 @@ def strays(found: TimeFit, much: float = FAR_OFF) -> bool:
     return errors(found).held_out > much * noise_share(takes, True) > 0
 
 
-def owes(found: TimeFit, declared: TimeFit) -> bool:
+def owes(found: TimeFit, declared: TimeFit, clearly: float = CLEARLY) -> bool:
     """Whether effects that take most of what was off leave clearly more than noise, and more than a
     trifle of it: what they lack has a cause too.
     """
     noise = noise_share(declared.law.takes, True)
     after, before = (errors(one).held_out for one in (found, declared))
-    if after > CLEARLY * noise > 0 and _beyond(after, noise) > TRIFLE * _beyond(before, noise):
+    if after > clearly * noise > 0 and _beyond(after, noise) > TRIFLE * _beyond(before, noise):
         return True
     loud = found.chi2 > NOISY * found.samples
     return loud and excess(found) > PART * excess(declared)

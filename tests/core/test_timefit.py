@@ -11,7 +11,7 @@ from core.baseline import _places, behind, build_law
 from core.channels import Channels
 from core.compare import Measured, compare, rematched
 from core.data import RingDown
-from core.diagnosis import _add_second
+from core.diagnosis import _add_second, _if_all_told
 from core.effects import (
     air_drag,
     asymmetric_stiffness,
@@ -42,6 +42,7 @@ from core.simulate import COARSE, swing
 from core.sufficiency import AHEAD, ENOUGH, counts_second, owes, strays, sufficient
 from core.time_layer import judge
 from core.timefit import _gauged, best_fit, extend, fit, misfits, screen, sharp
+from core.verdict import Verdict
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
 
 RATE, SECONDS, NOISE = 120, 4.0, 0.01 * AMPLITUDE
@@ -672,18 +673,27 @@ def test_few_places_are_told_once_each():
     ids=["noise", "a little fitted", "much fitted", "a trifle held out", "much held out"],
 )
 def test_an_explanation_owes_what_it_leaves_beyond_noise_and_a_trifle(rest, late, owing):
-    """Of a wave that no mode has, `rest` of it is left where it was fitted, `late` held out."""
     found = declared(channels(moved(zeta=0.02)))
+    assert owes(leaving(found, rest, late), leaving(found, 1.0, 1.0)) is owing
+
+
+def leaving(found, fitted, held):
+    """The fit where so much of a wave that no mode has is left, fitted and held out."""
     data = found.law.takes[0]
     wave = 30 * data.sigma * np.sin(9.7 * W * data.time)[:, None]
+    part = np.where(data.fit, fitted, held)[:, None] * wave
+    left = ((data.values - found.predicted[0] - part) / data.sigma)[data.fit]
+    return replace(found, predicted=(found.predicted[0] + part,), chi2=float((left**2).sum()))
 
-    def leaving(fitted, held):
-        part = np.where(data.fit, fitted, held)[:, None] * wave
-        left = ((data.values - found.predicted[0] - part) / data.sigma)[data.fit]
-        chi2 = float((left**2).sum())
-        return replace(found, predicted=(found.predicted[0] + part,), chi2=chi2)
 
-    assert owes(leaving(rest, late), leaving(1.0, 1.0)) is owing
+def test_two_effects_may_leave_less_than_one():
+    found = declared(channels(moved(zeta=0.02)))
+    chain = (None, leaving(found, 0.2, 0.2)), ("one", leaving(found, 0.0, 0.041))
+    told = [
+        _if_all_told(Verdict("explained", chain, (object(),) * count, (), (), ())).verdict
+        for count in (1, 2)
+    ]
+    assert told == ["explained", "unexplained"]
 
 
 def test_what_mends_the_tail_counts_as_a_second_effect():
