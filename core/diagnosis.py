@@ -18,7 +18,7 @@ from .exchange import exchanged_alone
 from .foils import is_broken, weakens
 from .forgotten import more_modes
 from .law import TimeFit
-from .ready import RIVALS, to_their_end, widened
+from .ready import to_their_end, widened
 from .residual import NOISY, QUIET, excess, misfit
 from .side_by_side import in_step_by_parts
 from .sufficiency import (
@@ -49,6 +49,7 @@ from .together import FEW
 from .verdict import Verdict, partly, twins_of
 
 WEAK = 0.05  # of the motion, rms: more than that is no forgotten weak mode
+RIVALS = 3  # single effects, the best ones, beside which a second one is sought
 MOST = 0.5  # of what one effect leaves, that two take which stand in its place
 
 

@@ -15,7 +15,7 @@ from .side_by_side import in_step_by_parts
 from .time_layer import EVIDENCE, NEARLY, Candidate, judge, vetoed
 from .timefit import fit
 
-RIVALS = 3  # candidates, the best ones, that are looked at for such modes
+LAID_BARE = 2  # candidates, the best ones, that are looked at for what they lay bare
 VIES = 0.95  # of the best one's evidence, from which a candidate vies for its place
 WORTH = 0.7  # share of the excess that two effects take, from which what they lay bare is sought
 TO_THE_END = 40  # looks that those get which vie
@@ -51,13 +51,15 @@ def polished(found: list[Candidate], declared: TimeFit, widen: Callable) -> list
 
     Modes that die soon are missed in the first part only.
     """
-    able = [max(c.share, c.held_share) > WORTH and n < RIVALS for n, c in enumerate(found)]
+    able = [max(c.share, c.held_share) > WORTH and n < LAID_BARE for n, c in enumerate(found)]
     return _laid_bare(found, able, declared, widen)
 
 
 def widened(strong: list[Candidate], declared: TimeFit, widen: Callable) -> list[Candidate]:
     """The candidates, those near the best with all that they lay bare."""
-    able = [c.evidence >= NEARLY * strong[0].evidence and n < RIVALS for n, c in enumerate(strong)]
+    able = [
+        c.evidence >= NEARLY * strong[0].evidence and n < LAID_BARE for n, c in enumerate(strong)
+    ]
     return _laid_bare(strong, able, declared, widen)
 
 

@@ -34,11 +34,11 @@ def in_step_by_parts(jobs: list[Callable[[], object]], *, strides=None) -> list:
     """As `side_by_side`, of a few parts, the jobs of a part in step.
 
     strides: how many steps a job makes; those of alike jobs are made as one, so these stay
-    together. By default all are alike.
+    together. By default all are alike, and halved.
     """
     if len(jobs) < 2 or not _may_fork():
         return in_step(jobs)
-    parts = _parts(strides or [0] * len(jobs))
+    parts = _parts(strides or [1] * len(jobs))
     done = side_by_side([partial(in_step, [jobs[i] for i in part]) for part in parts])
     told = {
         i: one
@@ -49,25 +49,35 @@ def in_step_by_parts(jobs: list[Callable[[], object]], *, strides=None) -> list:
 
 
 def _parts(strides: list[float]) -> list[list[int]]:
-    """Numbers of the jobs of each part. Of many, whose motions fill a march anyway, the one that is
-    done sooner takes more; few are halved.
+    """Numbers of the jobs of each part, the dearest first: the process that is done sooner takes
+    more of them. Of many jobs, whose motions fill a march anyway, parts are small; of few, those of
+    alike strides stay together.
     """
-    if len(strides) < 3 * PART:
-        return list(_halves(strides))
-    order = sorted(range(len(strides)), key=lambda n: -strides[n])
-    return [order[i : i + PART] for i in range(0, len(order), PART)]
+    if len(strides) >= 3 * PART:
+        order = sorted(range(len(strides)), key=lambda n: -strides[n])
+        return [order[i : i + PART] for i in range(0, len(order), PART)]
+    alike = {}
+    for n, own in enumerate(strides):
+        alike.setdefault(own or -1 - n, []).append(n)  # without a march each by itself
+    parts = list(alike.values())
+    dearest = max(parts, key=lambda part: _cost(part, strides))
+    split = [part for part in parts if part is not dearest]
+    split += [half for half in (dearest[0::2], dearest[1::2]) if half]
+    parts = min(parts, split, key=lambda some: _last([_cost(part, strides) for part in some]))
+    return sorted(parts, key=lambda part: -_cost(part, strides))
 
 
-def _halves(strides: list[float]) -> tuple[list[int], list[int]]:
-    """Numbers of the jobs of two parts: the split, by strides, whose dearer part costs least."""
-    order = sorted(range(len(strides)), key=lambda n: strides[n])
+def _cost(part: list[int], strides: list[float]) -> float:
+    """What a part costs, all of whose strides are alike."""
+    return strides[part[0]] + sum(JOB + SHARE * strides[n] for n in part)
 
-    def cost(some):
-        return sum({strides[n] for n in some}) + sum(JOB + SHARE * strides[n] for n in some)
 
-    splits = [(order[0::2], order[1::2])]
-    splits += [(order[:k], order[k:]) for k in range(1, len(order))]
-    return min(splits, key=lambda pair: max(map(cost, pair)))
+def _last(costs: list[float]) -> float:
+    """When two processes are done that take the dearest first."""
+    done = [0.0, 0.0]
+    for cost in sorted(costs, reverse=True):
+        done[done.index(min(done))] += cost
+    return max(done)
 
 
 def side_by_side(jobs: list[Callable[[], object]]) -> list:

@@ -279,10 +279,10 @@ def _levenberg_marquardt(evaluate, start, low, iterations: int):
         tried = evaluate(trial) if np.isfinite(trial).all() else state | {"cost": np.inf}
         gain = state["cost"] - tried["cost"]
         if gain >= 0:
-            small = np.max(np.abs(trial - vector)[free] * scale) < 1e-5
+            small = np.max(np.abs(trial - vector)[free] * scale) < 1e-3
             vector, state = trial, tried
             damping = max(damping / 10, 1e-12)
-            if small and gain < 1e-9:
+            if small and gain < 1e-6:
                 break
         else:
             damping *= 6

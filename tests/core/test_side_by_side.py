@@ -286,10 +286,17 @@ def test_two_processes_find_what_one_finds(monkeypatch):
 
 
 def test_jobs_of_alike_strides_share_a_part_where_that_costs_less():
-    """What marches as one costs its steps once; as many jobs without a march are dealt out."""
-    assert sorted(map(sorted, where._halves([16, 64, 16, 64]))) == [[0, 2], [1, 3]]
-    assert sorted(map(len, where._halves([0] * 6))) == [3, 3]
-    assert sorted(map(len, where._halves([32] * 5))) == [2, 3]
+    """What marches as one costs its steps once; jobs without a march are dealt out."""
+
+    def parts(strides):
+        return sorted(map(sorted, where._parts(strides)))
+
+    assert parts([16, 64, 16, 64]) == [[0, 2], [1, 3]]
+    assert parts([64, 64, 16, 16, 16]) == [[0, 1], [2, 3, 4]]
+    assert parts([0] * 6) == [[n] for n in range(6)]
+    assert parts([32] * 5) == [[0, 2, 4], [1, 3]]
+    assert parts([1, 1]) == [[0], [1]]
+    assert parts([0, 32, 0, 32, 0]) in ([[0], [1, 3], [2], [4]], [[0], [1], [2], [3], [4]])
 
 
 def test_many_jobs_go_in_parts_that_either_process_may_take():
@@ -297,4 +304,4 @@ def test_many_jobs_go_in_parts_that_either_process_may_take():
     parts = where._parts([16.0] * 9 + [64.0] * 4)
     assert sorted(n for part in parts for n in part) == list(range(13))
     assert parts[0] == [9, 10, 11, 12] and len(parts) == 4
-    assert [sorted(part) for part in where._parts([16, 64, 16, 64])] == [[0, 2], [1, 3]]
+    assert where._parts([16, 64, 16, 64]) == [[1, 3], [0, 2]]
