@@ -157,7 +157,7 @@ def _solved(gram: np.ndarray, right: np.ndarray) -> np.ndarray:
     """The normal equations' least solution: two modes of a pair may look the same."""
     size = np.sqrt(np.maximum(gram.diagonal(), 1e-300))
     known = gram / (size[:, None] * size)
-    known.flat[:: len(size) + 1] += DEPENDENT
+    known.flat[:: len(size) + 1] += DEPENDENT  # so that no pivot is nought
     return (dgesv(known, (right.T / size).T)[2].T / size).T
 
 

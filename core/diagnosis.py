@@ -96,10 +96,15 @@ def _told(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
 
 def _if_all_told(verdict: Verdict) -> Verdict:
     """The verdict; "unexplained", with the same names as its parts, where they leave too much."""
-    clearly = CLEARLY if len(verdict.effects) < 2 else CLEARLY_BOTH
-    if verdict.verdict == "explained" and owes(verdict.final, verdict.chain[0][1], clearly):
+    if verdict.verdict == "explained" and _lacks(verdict):
         return replace(verdict, verdict="unexplained")
     return verdict
+
+
+def _lacks(verdict: Verdict) -> bool:
+    """Whether what was found owes an explanation of what it leaves; two effects owe it sooner."""
+    clearly = CLEARLY if len(verdict.effects) < 2 else CLEARLY_BOTH
+    return owes(verdict.final, verdict.chain[0][1], clearly)
 
 
 def _sharpened(verdict: Verdict) -> Verdict:
@@ -148,10 +153,11 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
             return partly(chain, strong[0], strong, ranked)
         single, known = _add_second(chain, strong, ranked, over)
         alone = unless_it_weakens(single, able)
-        if not owes(alone.final, declared) and not _loud(alone):
+        if not _lacks(alone) and not _loud(alone):
             return alone
     able = [*able, *passed_over(left, able, declared)]
     both = by_two(chain, (able, ranked, strong, known), over, widen)
+    # such two as owe a little are named all the same: they tell more than one of them
     told = both.verdict == "explained" and not owes(both.final, declared)
     if told and alone and _is_read_off(both) and not _is_read_off(alone):
         told = _takes_most(both, alone)

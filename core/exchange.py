@@ -91,8 +91,6 @@ def _put(found: TimeFit, effect: Effect, most: float = np.inf) -> TimeFit | None
               for way in ways for b in begins_of(effect, found, None)]  # fmt: skip
     law, starts = swapped(found, effect, begins)
     first = np.argsort(misfits(law, starts, found.samples))[:RUNNERS]
-    if most == np.inf:
-        return best_fit(law, starts[first], evaluations=LOOKS)
     walks = walked(law, starts[first], (1.0,), FIRST)
     if walks[0][2] > most:
         return None

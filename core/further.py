@@ -1,5 +1,6 @@
 """Modes of the body that the recording shows beside the matched ones."""
 
+from contextlib import nullcontext
 from functools import partial
 
 import numpy as np
@@ -71,7 +72,8 @@ def with_further(
         effects, known, start, law = [], {}, found, found.law
         for take, index in enumerate(law.fitted):
             clear = []
-            with meanwhile(partial(_poles, found, take, match, body)) as of_the_rest:
+            rest = partial(_poles, found, take, match, body)
+            with nullcontext(rest) if attempt or read else meanwhile(rest) as of_the_rest:
                 told = None if attempt else _all_told(found, take, match, rings)
                 if told:
                     begun = as_heard(found, told) if len(law.fitted) == 1 else found

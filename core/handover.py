@@ -45,7 +45,9 @@ class Known:
 
 @lru_cache(maxsize=1)
 def _of_the_package(loaded: frozenset) -> tuple[dict, dict]:
-    """What is reached from these modules, by what it is known by: it stays as it is."""
+    """What is reached from these modules, by what it is known by: it stays as it is. To look again
+    would take longer than many a job.
+    """
     objects, seen = {}, {}
     _reached([vars(sys.modules[name]) for name in loaded], objects, seen)
     return objects, seen

@@ -4,8 +4,6 @@ All channels share the poles. The matrix pencil says where they may be, maximum 
 variable projection where they are, and a likelihood ratio test how many of them there are.
 """
 
-from functools import lru_cache
-
 import numpy as np
 
 from . import varpro
@@ -18,7 +16,6 @@ from .significance import MATERIAL, inflation
 __all__ = ["fit_poles", "invert", "noise_floor"]
 
 MOST_MODES = 16
-AGAIN = 4  # inversions that are remembered: what is left of a fit is listened to for several ends
 FEWEST_FRAMES = 12
 
 
@@ -45,17 +42,8 @@ def invert(
     floor = noise_floor(time, signals) if given is None else given
     room = (int(np.isfinite(signals).sum(axis=0).min()) - 6) // 4
     most = max(0, min(MOST_MODES if max_modes is None else max_modes, room))
-    noise = None if given is None else given.tobytes()
-    record = time.tobytes(), signals.tobytes(), signals.shape, floor.tobytes(), noise
-    return _selected(record, faintest, most)
-
-
-@lru_cache(maxsize=AGAIN)
-def _selected(record: tuple, faintest: float, most: int) -> RingDown:
-    time, signals, floor = (np.frombuffer(record[n]) for n in (0, 1, 3))
-    given = None if record[4] is None else np.frombuffer(record[4])
-    prepared = prepare(time, signals.reshape(record[2]), floor, given, faintest)
-    return _ringdown(select(prepared, most).fit, time, given)
+    record = prepare(time, signals, floor, given, faintest)
+    return _ringdown(select(record, most).fit, time, given)
 
 
 def fit_poles(  # noqa: PLR0913  (keywords for what most callers leave out)

@@ -11,6 +11,7 @@ from .conditions import common, first_take, left_out, shift
 from .data import RingDown, replace
 from .declared import with_declared
 from .effects.partner import is_of
+from .errors import RecordingError
 from .further import with_further, with_left_out, without_runaways
 from .law import TimeFit
 from .lens import fitted, straightened
@@ -24,7 +25,7 @@ from .settle import Recorded, amplitudes, astray, beside, moves_its_way, settle,
 from .side_by_side import side_by_side
 from .symmetry import is_even
 from .timefit import fit
-from .unheard import weak_modes
+from .unheard import rest_of, weak_modes
 
 WEAK = 0.6  # likeness in shape less twice the difference in pitch that makes a weak mode known
 WEAKER = 0.4  # the same, where it takes most of what was left
@@ -136,7 +137,10 @@ def nearby(heard: Heard):
 def _listened(body: Body, find_release) -> tuple[Recorded, tuple]:
     """The takes and the bodies that they need, and every take's ring-down."""
     case = body.case
-    pairs = side_by_side([partial(listen, take, find_release) for take in case.takes])
+    pairs = side_by_side([partial(_heard_or_why, take, find_release) for take in case.takes])
+    for refused in pairs:
+        if isinstance(refused, RecordingError):
+            raise refused
     rings = tuple(ring for _, ring in pairs)
     takes = tuple(_first_periods(d, r) if d.take.held_out else d for d, r in pairs)
     keys = [_key(take) for take in case.takes]
@@ -149,6 +153,14 @@ def _listened(body: Body, find_release) -> tuple[Recorded, tuple]:
     )
     fitted = [i for i, d in enumerate(takes) if not d.take.held_out]
     return Recorded(takes, condition, bodies, fitted), rings
+
+
+def _heard_or_why(take, find_release):
+    """What `listen` returns, or what it raises: of several takes the first one is told."""
+    try:
+        return listen(take, find_release)
+    except RecordingError as why:
+        return why
 
 
 def _matches(ground: Recorded, rings: tuple) -> dict[int, Match]:
@@ -192,9 +204,9 @@ def _whole(ground: Recorded, settled: tuple, rings: tuple, loaded: list):
     first = matches[condition]
     if len(matches) > 1 or None in first.modes:
         return _with_all(ground, (with_left_out(free, loaded), *settled[1:]), rings)
-    tried, wider = None, None
-    for alike in (WEAKER, WEAK):
-        weak = weak_modes(free, body, first, alike)
+    tried, wider, rest = None, None, rest_of(free)
+    for alike in (WEAKER, WEAK) if rest else ():
+        weak = weak_modes(free, rest, body, first, alike)
         if weak is None:
             break
         if weak[1].modes != tried:

@@ -12,7 +12,7 @@ from .compare import PIECES, Hypothesis, compare
 from .effects import MODAL_EFFECTS
 from .effects.base import Effect, Family
 from .errors import DataError
-from .factorization import Factorization, factorize
+from .factorization import factorize
 from .ground import Ground
 from .side_by_side import side_by_side
 
@@ -45,8 +45,8 @@ def suspects(ground: Ground, names: list[str]) -> list[Suspect]:
     """Every modal effect not in `names`, fitted; best evidence first."""
     first = ground.body.modes.shapes.reshape(-1, ground.body.modes.shapes.shape[2])
 
-    def solve(model, count, factor=None):
-        return improved(model, first[:, :count], factor)
+    def solve(model, count):
+        return improved(model, first[:, :count])
 
     def fitted(effect):
         try:
@@ -59,16 +59,14 @@ def suspects(ground: Ground, names: list[str]) -> list[Suspect]:
     return sorted((s for s in out if s is not None), key=lambda s: -s.evidence)
 
 
-def improved(model, shapes: np.ndarray, factor: Factorization | None = None) -> np.ndarray:
+def improved(model, shapes: np.ndarray) -> np.ndarray:
     """(3P, n) nearly the lowest modes of a model that is a little other than that of `shapes`.
-
-    factor: of its stiffness among the free unknowns, where that is known.
 
     Inverse iteration of the whole block: what is near a low mode turns into it (Bathe, Finite
     Element Procedures, 11.6). The basis that they go into sorts out the rest.
     """
     free = model.free
-    factor = factor or factorize(model.stiffness[free][:, free], _at(model)[free])
+    factor = factorize(model.stiffness[free][:, free], _at(model)[free])
     mass, x = model.mass[free][:, free], shapes[free]
     for _ in range(ITERATIONS):
         x, _ = np.linalg.qr(factor.solve(mass @ x))
@@ -236,7 +234,6 @@ def _looker(effect: Effect, family: Family, ground: Ground):
     seen = body.seen(ground.data, family.basis.reshape(len(body.model.points), 3, -1)).T  # (C, r)
     own = None if ground.pull is None else family.basis.T @ ground.pull
     gravity = body.case.takes[0].gravity
-    count = min(len(ground.shrink), family.basis.shape[1])
     known = {}
 
     def look(theta, most=np.inf):
@@ -252,6 +249,7 @@ def _looker(effect: Effect, family: Family, ground: Ground):
     def solved(theta, most):
         K, M = family.matrices(theta)
         part = family.within(theta) if family.within else np.eye(len(K))
+        count = min(len(ground.shrink), len(K))
         values, x = eigh(K, M, subset_by_index=[0, count - 1])
         unit = None
         if own is not None:

@@ -48,7 +48,7 @@ def coefficients_of(
     scale = np.sqrt(np.einsum("bpii->bpi", gram))
     scale = np.where(scale > 0, scale, 1.0)
     gram = gram / (scale[:, :, :, None] * scale[:, :, None])
-    scale = scale if len(scale[0]) == 1 else scale[:, of]
+    scale = scale if scale.shape[1] == 1 else scale[:, of]
     right = right / scale
     alike = {}
     for n, pair in enumerate(zip(of, barred, strict=True)):

@@ -15,7 +15,7 @@ from .side_by_side import in_step_by_parts
 from .time_layer import EVIDENCE, NEARLY, Candidate, judge, vetoed
 from .timefit import fit
 
-LAID_BARE = 2  # candidates, the best ones, that are looked at for what they lay bare
+LAID_BARE = 2  # best candidates that are looked at for what they lay bare, one by each process
 VIES = 0.95  # of the best one's evidence, from which a candidate vies for its place
 WORTH = 0.7  # share of the excess that two effects take, from which what they lay bare is sought
 TO_THE_END = 40  # looks that those get which vie
@@ -47,7 +47,7 @@ def to_their_end(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
 
 
 def polished(found: list[Candidate], declared: TimeFit, widen: Callable) -> list[Candidate]:
-    """The candidates of two effects, the best ones with all that they lay bare.
+    """The candidates of two effects, the two best ones with all that they lay bare.
 
     Modes that die soon are missed in the first part only.
     """
@@ -56,7 +56,7 @@ def polished(found: list[Candidate], declared: TimeFit, widen: Callable) -> list
 
 
 def widened(strong: list[Candidate], declared: TimeFit, widen: Callable) -> list[Candidate]:
-    """The candidates, those near the best with all that they lay bare."""
+    """The candidates, the best and the next with all that they lay bare, if it is near."""
     able = [
         c.evidence >= NEARLY * strong[0].evidence and n < LAID_BARE for n, c in enumerate(strong)
     ]

@@ -34,9 +34,10 @@ def in_step_by_parts(jobs: list[Callable[[], object]], *, strides=None) -> list:
     """As `side_by_side`, of a few parts, the jobs of a part in step.
 
     strides: how many steps a job makes; those of alike jobs are made as one, so these stay
-    together. By default all are alike, and halved.
+    together. By default all are alike. The parts are the same whether or not a core is free, and
+    so are the last digits.
     """
-    if len(jobs) < 2 or not _may_fork():
+    if len(jobs) < 2 or not may_share():
         return in_step(jobs)
     parts = _parts(strides or [1] * len(jobs))
     done = side_by_side([partial(in_step, [jobs[i] for i in part]) for part in parts])
@@ -51,7 +52,7 @@ def in_step_by_parts(jobs: list[Callable[[], object]], *, strides=None) -> list:
 def _parts(strides: list[float]) -> list[list[int]]:
     """Numbers of the jobs of each part, the dearest first: the process that is done sooner takes
     more of them. Of many jobs, whose motions fill a march anyway, parts are small; of few, those of
-    alike strides stay together.
+    alike strides stay together, but for the dearest ones if they are done sooner in two halves.
     """
     if len(strides) >= 3 * PART:
         order = sorted(range(len(strides)), key=lambda n: -strides[n])
@@ -146,11 +147,15 @@ def _by_itself():
         _sharing.pop()
 
 
-def _may_fork() -> bool:
+def may_share() -> bool:
+    """Whether this process may have a child take some of its work, as soon as a core is free."""
     if sys.platform != "linux" or "bpy" in sys.modules or os.environ.get(ALONE) or _sharing:
         return False
-    busy = 1 + sum(map(_is_at_work, _children))
-    return len(os.sched_getaffinity(0)) > busy and _is_one_thread()
+    return len(os.sched_getaffinity(0)) > 1 and _is_one_thread()
+
+
+def _may_fork() -> bool:
+    return may_share() and len(os.sched_getaffinity(0)) > 1 + sum(map(_is_at_work, _children))
 
 
 def _is_one_thread() -> bool:
@@ -207,9 +212,9 @@ def _wait(child: int, reader: int, known: Known) -> tuple[bool, object]:
     except BaseException:
         _drop(child, reader)
         raise
-    os.close(reader)
     _, status = os.waitpid(child, 0)
     _children.discard(child)
+    os.close(reader)
     return (True, known.unpacked(sent)) if status == 0 else (False, None)
 
 

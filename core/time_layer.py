@@ -121,7 +121,9 @@ def singles(start: TimeFit, against: TimeFit | None = None) -> tuple[list[Candid
 
 
 def passed_over(left: list, known: list[Candidate], against: TimeFit) -> list[Candidate]:
-    """Candidates of the searches that `singles` left, of names that are not among the `known`."""
+    """Candidates of the searches that `singles` left, of names that are not among the `known`; what
+    coarse steps led astray gains too little to begin anew.
+    """
     names, best = {c.names[0] for c in known}, {}
     left = [(one, begun) for one, begun in left if one.effect.name not in names]
     _gather(best, _ended(left, anew=False), against)

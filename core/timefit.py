@@ -16,7 +16,7 @@ from .channels import cut
 from .effects.base import FINE, Effect
 from .law import Law, TimeFit, bounds, unpack
 from .linear_part import left_over, march, residuals, solve
-from .side_by_side import side_by_side
+from .side_by_side import may_share, side_by_side
 
 DONE, NEAR = 1e-5, 1e-2  # share of the misfit that a last step gains, at the end and on the way
 HARDER = 6.0  # times as much damping after a refused step; three times so where it did nothing
@@ -144,12 +144,12 @@ def _look(law: Law, places: list[np.ndarray], high: np.ndarray) -> list:
 
 
 def _descended(law: Law, starts: np.ndarray, bounds, end: tuple[int, float, float]) -> list:
-    """As `_descend`, half of the searches by each of two processes where they are work enough: the
-    steps of a march cost much the same for a few of them.
+    """As `_descend`, half of the searches by each of two processes, where there may be two and they
+    are work enough: the steps of a march cost much the same for a few of them.
     """
     samples = sum(law.takes[i].values.size for i in law.fitted)
     few = len(starts) < MANY and any(e.marched for e in law.effects)
-    if few or samples * starts.size < MUCH:
+    if few or samples * starts.size < MUCH or not may_share():
         return _descend(law, starts, bounds, end)
     halves = [half for half in np.array_split(starts, 2) if len(half)]
     done = side_by_side([partial(_descend, law, half, bounds, end) for half in halves])

@@ -15,22 +15,28 @@ PARTED = 0.003  # relative, from which two computed modes are no pair by the bod
 NEIGHBOUR = 1.5  # times the strongest mode's pitch, within which another one may go unheard
 
 
+def rest_of(found: TimeFit) -> RingDown | None:
+    """The ring-down of what the fit leaves of the first fitted take; None where that is noise."""
+    if found.chi2 < QUIET * found.samples:
+        return None
+    data = found.law.takes[found.law.fitted[0]]
+    left, on = (data.values - found.predicted[found.law.fitted[0]])[data.fit], ~data.support
+    return invert(data.time[data.fit], left[:, on], noise=data.sigma[on], max_modes=6)
+
+
 def weak_modes(
-    found: TimeFit, body: Body, match: Match, alike: float
+    found: TimeFit, rest: RingDown, body: Body, match: Match, alike: float
 ) -> tuple[RingDown, Match] | None:
     """The poles with those that only the residual shows, where they are modes of the body.
 
     A weak mode hides behind strong ones until those are taken off; it counts when its pitch and
-    its shape are those of a computed mode that was not matched yet; `alike`: how nearly. Their
+    its shape in the `rest` are those of a computed mode that was not matched yet; `alike`: how
+    nearly. Their
     amplitudes are yet to be fitted.
     """
     law = found.law
     data = law.takes[law.fitted[0]]
-    left = (data.values - found.predicted[law.fitted[0]])[data.fit]
     on = ~data.support
-    if found.chi2 < QUIET * found.samples:
-        return None
-    rest = invert(data.time[data.fit], left[:, on], noise=data.sigma[on], max_modes=6)
     scale = found.frequency[0] / body.modes.frequency[match.modes[0]]
     seen, frequency = body.seen(data), body.modes.frequency * scale
     new_f, new_z, modes = list(found.frequency), list(found.damping_ratio), list(match.modes)

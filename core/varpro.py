@@ -7,7 +7,6 @@ square is exactly the Fisher information of the poles once amplitudes are known 
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from .errors import RecordingError
 ITERATIONS = 80
 GONE = 1e-100  # norm of a column that is nought: what swings by it would be beyond all numbers
 ROUNDED = 1e-30  # of the largest second derivative: what is less is nought, rounded
+STEP, GAIN = 1e-3, 1e-6  # standard deviations, log likelihood: a last step that is no more
 APART = 1e-4  # sine between a column and those before it, below which squares cost digits
 
 
@@ -71,6 +71,7 @@ class _Samples:
     own: np.ndarray  # (b, w) bool
     missing: np.ndarray  # (b, r) instants
     gone: np.ndarray  # (b, r) bool
+    ways: tuple  # of each pole number (p,), the two columns of t * basis that it moves along
 
 
 def fit(
@@ -88,7 +89,7 @@ def fit(
     along with the rest (concentrated likelihood). `iterations=0` solves the linear part only.
     Raises RecordingError when a channel has fewer samples than unknowns.
     """
-    samples = _samples(t, y, x, len(start.vector) + len(start.omega))
+    samples = _samples(t, y, x, start)
     count = np.isfinite(y).sum(axis=0)
     scale = np.nanmax(y, axis=0) - np.nanmin(y, axis=0)
     floor = (1e-14 * scale + 1e-14 * (scale.max() if scale.max() > 0 else 1.0)) ** 2
@@ -118,8 +119,8 @@ def basis(t: np.ndarray, poles: Poles) -> np.ndarray:
     return out
 
 
-def _samples(t, y, x, unknowns: int) -> _Samples:
-    seen = np.isfinite(y)
+def _samples(t, y, x, start: Poles) -> _Samples:
+    seen, unknowns = np.isfinite(y), len(start.vector) + len(start.omega)
     alike: dict[bytes, list[int]] = {}
     for channel, pattern in enumerate(seen.T):
         alike.setdefault(pattern.tobytes(), []).append(channel)
@@ -134,7 +135,8 @@ def _samples(t, y, x, unknowns: int) -> _Samples:
     missing, gone = _filled([np.flatnonzero(~seen[:, block[0]]) for block in alike.values()])
     whole = bool(seen.all())
     y = y if whole else np.where(seen, y, 0.0)
-    return _Samples(t, y, x, None if whole else seen, channels, own, missing, gone)
+    seen, ways = None if whole else seen, _ways(len(start.omega), len(start.creep))
+    return _Samples(t, y, x, seen, channels, own, missing, gone, ways)
 
 
 def _filled(lists: list) -> tuple[np.ndarray, np.ndarray]:
@@ -210,9 +212,14 @@ def _least(phi: np.ndarray, y: np.ndarray, tangent: np.ndarray):
     return (vt[keep].T / s[keep]) @ (q.T @ y), left.T @ left
 
 
-def _ways(solved: np.ndarray, m: int, j: int) -> tuple:
-    """The derivative by each pole number, u (p, C) times one column of t * basis and v (p, C) times
-    another one, and which columns (p,) these are.
+def _ways(m: int, j: int) -> tuple[np.ndarray, np.ndarray]:
+    k, r = np.arange(m), 2 * m + np.arange(j)
+    return np.concatenate([k, k, r]), np.concatenate([m + k, m + k, r])
+
+
+def _slopes(solved: np.ndarray, m: int, j: int) -> tuple[np.ndarray, np.ndarray]:
+    """The derivative by each pole number: u (p, C) times the first column that it moves along, and
+    v (p, C) times the second.
     """
     u, v = np.zeros((2, 2 * m + j, solved.shape[1]))
     np.negative(solved[:m], out=u[:m])
@@ -220,13 +227,7 @@ def _ways(solved: np.ndarray, m: int, j: int) -> tuple:
     np.negative(solved[2 * m : 2 * m + j], out=u[2 * m :])
     np.negative(solved[m : 2 * m], out=v[:m])
     np.negative(solved[:m], out=v[m : 2 * m])
-    return u, v, *_columns(m, j)
-
-
-@lru_cache
-def _columns(m: int, j: int) -> tuple[np.ndarray, np.ndarray]:
-    k, r = np.arange(m), 2 * m + np.arange(j)
-    return np.concatenate([k, k, r]), np.concatenate([m + k, m + k, r])
+    return u, v
 
 
 def _evaluate(samples: _Samples, poles: Poles, count, known) -> dict:
@@ -240,7 +241,8 @@ def _evaluate(samples: _Samples, poles: Poles, count, known) -> dict:
     else:
         variance = np.asarray(noise, float) ** 2
         cost = 0.5 * float(np.sum(squares / variance))
-    u, v, first, second = _ways(solved, m, j)
+    u, v = _slopes(solved, m, j)
+    first, second = samples.ways
     slope = (tangent.T @ residual) / variance
     gradient = -np.einsum("pc,pc->p", u, slope[first]) - np.einsum("pc,pc->p", v, slope[second])
     weight = (samples.own / variance[samples.channels])[:, None]
@@ -279,10 +281,10 @@ def _levenberg_marquardt(evaluate, start, low, iterations: int):
         tried = evaluate(trial) if np.isfinite(trial).all() else state | {"cost": np.inf}
         gain = state["cost"] - tried["cost"]
         if gain >= 0:
-            small = np.max(np.abs(trial - vector)[free] * scale) < 1e-3
+            small = np.max(np.abs(trial - vector)[free] * scale) < STEP
             vector, state = trial, tried
             damping = max(damping / 10, 1e-12)
-            if small and gain < 1e-6:
+            if small and gain < GAIN:
                 break
         else:
             damping *= 6

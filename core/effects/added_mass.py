@@ -80,7 +80,8 @@ class Bearer:
         static = np.zeros((pushes.shape[1], pushes.shape[0]))
         static[free] = self.factor.solve(pushes[:, free].T.toarray())
         for _ in range(2):
-            static /= np.maximum(np.sqrt(_powers(static, model.mass)), 1e-300)
+            size = np.sqrt(_powers(static, model.mass))
+            static = np.where(size > KNOWN * size.max(), static / np.maximum(size, 1e-300), 0.0)
             static -= self.modes @ (self.modes.T @ (model.mass @ static))
         return static
 
@@ -125,7 +126,7 @@ class Search:
 
 def _family(bearer: Bearer, search: Search) -> Family:
     """The body with a lump at each of the places, in its modes and how it gives there: as near as a
-    few parts in ten thousand (MacNeal, Computers & Structures 1 (1971) 581).
+    part in ten thousand (MacNeal, Computers & Structures 1 (1971) 581).
     """
     body, own = bearer.body, bearer.mass
     radii = lump_radius(own * np.exp(np.mean(search.sizes))) * np.array(search.widths)

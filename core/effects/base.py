@@ -170,14 +170,14 @@ class Family:
     """
 
     basis: np.ndarray  # (3P, r)
-    matrices: Callable  # theta (p,) -> stiffness (r, r) at 1 Pa, mass (r, r)
+    matrices: Callable  # theta (p,) -> stiffness (s, s) at 1 Pa, mass (s, s)
     grid: np.ndarray  # (n, p) where the search begins
     low: np.ndarray  # (p,)
     high: np.ndarray  # (p,)
     report: Callable  # (theta, youngs_modulus) -> {name: value}
-    weight: Callable | None = None  # (theta, gravity) -> (r,) N beside the body's own
-    within: Callable | None = None  # theta -> (r, s) part of the basis that is enough there: what
-    # the two above return is in it
+    weight: Callable | None = None  # (theta, gravity) -> (s,) N beside the body's own
+    within: Callable | None = None  # theta -> (r, s) what of the basis each of those s unknowns
+    # moves, nothing by one that is no motion of the body; without it they are the basis, s = r
     frozen: int = 0  # leading entries of theta that are choices, not numbers
     unknowns: int = 1
     choices: int = 10  # places or forms whose numbers are refined
