@@ -13,7 +13,7 @@ import numpy as np
 from .effects import TIME_EFFECTS
 from .effects.base import Effect
 from .effects.further_mode import ran_off
-from .law import TimeFit
+from .law import Law, TimeFit
 from .refit import swapped, turned
 from .residual import NOISY, QUIET
 from .side_by_side import in_step_by_parts
@@ -39,7 +39,7 @@ def exchanged_alone(found: list[Candidate], declared: TimeFit) -> list[Candidate
         if effect.name in best.found.law.effects[-1].twins
     ]
     most = HOPE * best.found.chi2
-    tries = in_step_by_parts([partial(_put, best.found, effect, most) for effect in twins])
+    tries = in_step_by_parts([partial(_put_in_hope, best.found, effect, most) for effect in twins])
     kept = {c.names: c for c in found}
     for one in filter(None, tries):
         strayed = ran_off(one) and not ran_off(best.found)
@@ -82,16 +82,25 @@ def _instead(found: TimeFit, at: int, effect: Effect) -> TimeFit | None:
     return None if strayed or refuted(best) or refuted(turned(best)) else best
 
 
-def _put(found: TimeFit, effect: Effect, most: float = np.inf) -> TimeFit | None:
-    """The best fit with `effect` in the last one's place; None where after the first looks that
-    leaves more than `most`.
-    """
+def _put(found: TimeFit, effect: Effect) -> TimeFit:
+    """The best fit with `effect` in the last one's place."""
+    law, starts = _begun(found, effect)
+    return best_fit(law, starts, evaluations=LOOKS)
+
+
+def _put_in_hope(found: TimeFit, effect: Effect, most: float) -> TimeFit | None:
+    """The same; None where after the first looks that leaves more than `most`."""
+    law, starts = _begun(found, effect)
+    walks = walked(law, starts, (1.0,), FIRST)
+    if walks[0][2] > most:
+        return None
+    return best_fit(law, np.array([p for p, _, _ in walks]), evaluations=LOOKS - FIRST)
+
+
+def _begun(found: TimeFit, effect: Effect) -> tuple[Law, np.ndarray]:
+    """The law with `effect` in the last one's place, and the few best starts."""
     ways = (1.0, -1.0) if effect.scales else (1.0,)
     begins = [(way * b[0], *b[1:]) if effect.scales else b
               for way in ways for b in begins_of(effect, found, None)]  # fmt: skip
     law, starts = swapped(found, effect, begins)
-    first = np.argsort(misfits(law, starts, found.samples))[:RUNNERS]
-    walks = walked(law, starts[first], (1.0,), FIRST)
-    if walks[0][2] > most:
-        return None
-    return best_fit(law, np.array([p for p, _, _ in walks]), evaluations=LOOKS - FIRST)
+    return law, starts[np.argsort(misfits(law, starts, found.samples))[:RUNNERS]]
