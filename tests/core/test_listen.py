@@ -1,11 +1,14 @@
 """From a take to its free motion: frames that still saw the object held are left out."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from core.data import Marker, Recording, Take
+from core.errors import RecordingError
+from core.joint import _listened
 from core.listen import listen
 
 FPS, FREQUENCY, DAMPING_RATIO, NOISE = 81.0, 3.0, 0.05, 0.003
@@ -35,6 +38,23 @@ def test_frames_that_saw_the_object_held_are_left_out_and_no_others(held):
         late = len(take.recording.time) - len(free.time)
         assert held - 1 <= late <= held
         assert ring.damping_ratio[0] == pytest.approx(DAMPING_RATIO, rel=0.03)
+
+
+def test_of_takes_that_are_refused_the_first_one_is_told():
+    """Whichever of them is heard first."""
+    rng, still = np.random.default_rng(1), held_then_free(0, 0)
+    takes = [
+        replace(
+            still,
+            name=name,
+            recording=replace(still.recording, values=NOISE * rng.standard_normal((240, 3, 3))),
+        )
+        for name in ("one", "two")
+    ]
+    body = SimpleNamespace(case=SimpleNamespace(takes=takes))
+    for _ in range(3):
+        with pytest.raises(RecordingError, match="one"):
+            _listened(body, lambda time, signals: (0.0, time[-1]))
 
 
 def test_held_frames_are_left_out_beside_what_acts_later():

@@ -13,6 +13,7 @@ from core.compare import Measured, compare, rematched
 from core.data import RingDown
 from core.diagnosis import _add_second, _if_all_told
 from core.effects import (
+    TIME_EFFECTS,
     air_drag,
     asymmetric_stiffness,
     base_motion,
@@ -27,13 +28,13 @@ from core.effects import (
     weakening_friction,
 )
 from core.effects.base import FINE
-from core.exchange import exchanged_alone
+from core.exchange import _put_in_hope, exchanged_alone
 from core.foils import weakens, weakens_rather
 from core.law import bounds
 from core.linear_part import solve
 from core.outset import begin, outsets
 from core.parameters import parameters
-from core.race import Try, begun_all, race, worth
+from core.race import Try, begun, begun_all, ended, race, worth
 from core.read_off import jumps, read_off
 from core.ready import to_their_end
 from core.refit import turned
@@ -370,10 +371,12 @@ def test_what_finer_steps_do_not_bear_out_is_sought_again_in_those():
         push = large_amplitude.force(theta, setting)
         return lambda state: push(state) * (1 if state.h * W > 2 * np.pi / 24 else -1)
 
-    found = raced(
+    one = tried(
         declared(channels(moved(Backbone(-0.04, 0.0)))),
         replace(large_amplitude.EFFECT, force=flighty),
     )
+    assert ended(one, begun(one), anew=False) is None
+    found = race(one)
     assert found.law.setting.steps > FINE
     assert found.chi2 < 1.2 * found.samples
     assert -found.theta[0][0][0] == pytest.approx(-0.04, rel=0.1)
@@ -414,6 +417,8 @@ def test_high_modes_see_as_many_steps_as_they_need():
 def test_what_bends_the_pitch_otherwise_is_tried_in_the_place_of_its_twin(force, wrong, right):
     found = declared(channels(moved(force)))
     only = judge((wrong.name,), raced(found, wrong), found)
+    twin = next(e for e in TIME_EFFECTS if e.name == right)
+    assert _put_in_hope(only.found, twin, 0.0) is None
     best, *_ = exchanged_alone([only], found)
     assert best.names == (right,)
     assert best.found.chi2 < 1.1 * best.found.samples < only.found.chi2
