@@ -31,8 +31,7 @@ def weak_modes(
 
     A weak mode hides behind strong ones until those are taken off; it counts when its pitch and
     its shape in the `rest` are those of a computed mode that was not matched yet; `alike`: how
-    nearly. Their
-    amplitudes are yet to be fitted.
+    nearly. Their amplitudes are yet to be fitted.
     """
     law = found.law
     data = law.takes[law.fitted[0]]

@@ -67,10 +67,6 @@ def test_a_changed_body_has_the_pitches_of_the_whole_one(body, effect, values, t
         assert differ(family, (told(value),), changed) < 2e-3
 
 
-def boundary_points(body):
-    return face_points(body.model)[~body.model.pinned[face_points(body.model)]]
-
-
 def sprung(model, place, mass, radius, k):
     """Pitches (6,) Hz and shapes (P, 3, 6) with a lump on a spring of k N/m, solved in full."""
     free = model.free
@@ -91,8 +87,8 @@ def test_a_body_with_a_lump_on_it_is_as_near_in_a_few_shapes(body, share, width)
     bearer = added_mass.Bearer.of(
         SimpleNamespace(model=body.model, modes=body.modes, case=case, bare=body.model)
     )
-    on = body.model.points[boundary_points(body)]
-    places = on[np.random.default_rng(2).choice(len(on), 3, replace=False)]
+    on = [p for p in face_points(body.model) if not body.model.pinned[p]]
+    places = body.model.points[np.random.default_rng(2).choice(on, 3, replace=False)]
     search = added_mass.Search(places, np.log([share]), (0.5,), added_mass.WIDTHS, 0.01)
     family = added_mass._family(bearer, search)
     radius = added_mass.WIDTHS[width] * lump_radius(bearer.mass * share)
