@@ -5,12 +5,17 @@ from dataclasses import replace
 
 from .exchange import exchanged
 from .foils import is_broken, weakens, weakens_rather
+from .law import TimeFit
 from .ready import polished, to_their_end
-from .refit import turned
-from .sufficiency import ENOUGH_BOTH, beats_single, one_of, strays, sufficient
-from .time_layer import EVIDENCE, Candidate, judge, vetoed
+from .refit import turned, without
+from .side_by_side import in_step_by_parts
+from .sufficiency import ENOUGH_BOTH, adds, beside, one_of, strays, sufficient
+from .time_layer import EVIDENCE, Candidate, judge, refuted, vetoed
 from .together import pairs
 from .verdict import Verdict, partly, twins_of
+
+PART = 0.3  # share of the excess that a part of what stays unexplained takes, held out too
+LEADING = 2  # best two of two effects, from which each of them alone is sought again
 
 
 def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
@@ -40,17 +45,46 @@ def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
             ranked,
             (),
         )
-    nearly = _stand([c for c in found if sufficient(c, ENOUGH_BOTH, nearly=True)])
     if both:
         # where the best itself is off ahead, being so tells nothing against its rivals
+        nearly = _stand([c for c in found if sufficient(c, ENOUGH_BOTH, nearly=True)])
         rivals = nearly if strays(both[0].found) else both
         return unless_it_weakens(_two(chain, both[0], rivals, ranked, able), [*strong, *able])
-    if nearly and beats_single(nearly[0], strong, over):
-        return replace(_two(chain, nearly[0], nearly, ranked, able), verdict="unexplained")
-    part = [c for c in strong[:1] if c.share > 0.3 and not c.held_share < 0.3]
-    if part:
-        return partly(chain, part[0], strong, ranked)
+    return _parts(chain, found, (able, ranked, strong))
+
+
+def _parts(chain, found: list[Candidate], singles: tuple) -> Verdict:
+    """What two effects, or one, tell of what stays unexplained. singles: as `by_two` has them."""
+    declared, (able, ranked, strong) = chain[0][1], singles
+    more = [c for c in found if not strong or adds(strong[0], beside(strong[0], c))]
+    more = _stand([c for c in more if _shows(c)])
+    if more:
+        return replace(_two(chain, more[0], more, ranked, able), verdict="unexplained")
+    first = strong[:1] or [c for c in ranked[:1] if c.evidence > EVIDENCE]
+    alone = sorted([*first, *_led_to(found[:LEADING], declared)], key=lambda c: -c.evidence)
+    if alone and _shows(alone[0]):
+        return partly(chain, alone[0], strong, ranked)
     return Verdict("unexplained", chain, (), (), ranked, ())
+
+
+def _shows(part: Candidate) -> bool:
+    """Whether it takes so much that it is a part of what was off."""
+    return part.share > PART and not part.held_share < PART
+
+
+def _led_to(pairs: list[Candidate], declared: TimeFit) -> list[Candidate]:
+    """Each one of two effects without the other, from where the two stand: a search for it alone
+    may have gone astray.
+    """
+    each = [(c, at) for c in pairs for at in (0, 1)]
+    fits = in_step_by_parts(
+        [lambda c=c, at=at: without(c.found, len(c.found.law.effects) - 1 - at) for c, at in each]
+    )
+    return [
+        judge((c.names[at],), one, declared)
+        for (c, at), one in zip(each, fits, strict=True)
+        if not refuted(one)
+    ]
 
 
 def unless_it_weakens(verdict: Verdict, able: list[Candidate]) -> Verdict:

@@ -26,6 +26,7 @@ from .sufficiency import (
     CLEARLY,
     CLEARLY_BOTH,
     ENOUGH,
+    bends_the_body,
     counts_second,
     fails,
     gained,
@@ -102,9 +103,11 @@ def _if_all_told(verdict: Verdict) -> Verdict:
 
 
 def _lacks(verdict: Verdict) -> bool:
-    """Whether what was found owes an explanation of what it leaves; two effects owe it sooner."""
+    """Whether what was found owes an explanation of what it leaves, two effects sooner, or tells
+    that only in another body.
+    """
     clearly = CLEARLY if len(verdict.effects) < 2 else CLEARLY_BOTH
-    return owes(verdict.final, verdict.chain[0][1], clearly)
+    return owes(verdict.final, verdict.chain[0][1], clearly) or bends_the_body(verdict.final)
 
 
 def _sharpened(verdict: Verdict) -> Verdict:
@@ -153,7 +156,7 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
             return partly(chain, strong[0], strong, ranked)
         single, known = _add_second(chain, strong, ranked, over)
         alone = unless_it_weakens(single, able)
-        if not _lacks(alone) and not _loud(alone):
+        if not (_lacks(alone) or _loud(alone) or strays(alone.final, CLEARLY)):
             return alone
     able = [*able, *passed_over(left, able, declared)]
     both = by_two(chain, (able, ranked, strong, known), over, widen)

@@ -14,7 +14,7 @@ from .effects import TIME_EFFECTS
 from .effects.base import Effect
 from .effects.further_mode import ran_off
 from .law import Law, TimeFit
-from .refit import swapped, turned
+from .refit import eased, swapped, turned
 from .residual import NOISY, QUIET
 from .side_by_side import in_step_by_parts
 from .sufficiency import ENOUGH
@@ -77,7 +77,7 @@ def exchanged(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
 def _instead(found: TimeFit, at: int, effect: Effect) -> TimeFit | None:
     """The fit with `effect` in the place of number `at`, as the last one; None where it is none."""
     found = found if at == -1 else turned(found)
-    best = _put(found, effect)
+    best = eased(_put(found, effect))
     strayed = ran_off(best) and not ran_off(found)
     return None if strayed or refuted(best) or refuted(turned(best)) else best
 

@@ -135,6 +135,18 @@ class TimeFit:
         there = np.abs(np.einsum("kc,kc->k", self.law.gauge(0), self.shapes))
         return [float(s * np.abs(u).max()) for s, u in zip(there, self.motions[0].T, strict=True)]
 
+    @property
+    def sizes_off(self) -> np.ndarray:
+        """(K,) how far each mode's shape is from its size in the body, relative: of conditions, the
+        most.
+        """
+        off = []
+        for c in range(self.law.conditions):
+            at = self.law.own * c
+            own = self.coefficients[:, at : at + self.law.modes]
+            off.append(np.abs(1 - np.einsum("kc,ck->k", self.law.gauge(c), own)))
+        return np.max(off, axis=0)
+
     def shapes_of(self, take: int) -> np.ndarray:
         """(K, C) in the fitted take of that number, as `shapes`."""
         at = self.law.own * self.law.condition[self.law.fitted[take]]

@@ -63,7 +63,7 @@ def parameters(found: TimeFit, index: int) -> dict:
         if not (isinstance(one, float | np.floating) and not np.isfinite(one))
     }
     own = len(effect.low)
-    spread = np.sqrt(np.diag(block))[own : min(len(theta), own + law.modes - 1)]
+    spread = np.sqrt(np.maximum(np.diag(block), 0))[own : min(len(theta), own + law.modes - 1)]
     return _widened(told, units, _others(effect, theta, (setting, shape, spread)))
 
 

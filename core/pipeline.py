@@ -36,6 +36,7 @@ from .tell import (
     told_error,
     told_modes,
     told_modulus,
+    told_sizes,
     told_without,
 )
 from .tets import kept_or_cut, key, save_tets
@@ -229,7 +230,8 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
         "diagnosis": told,
         "warnings": [
             *findings.warnings,
-            *filter(None, [without, told_claim(case.claimed_youngs_modulus, real)]),
+            *filter(None, [told_sizes(final), without]),
+            *filter(None, [told_claim(case.claimed_youngs_modulus, real)]),
             *filter(None, [mesh_stiffening.told(stiff, heard.match.modes, true)]),
         ],
     }

@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from .effects.base import Effect
-from .law import Law, TimeFit
+from .law import TRUST, Law, TimeFit
 from .timefit import as_it_stands, fit, misfits
 
 LESS = 6.0  # times, that a damping ratio may be too large for what damps besides
 MOVED = 3  # of one whose effects were put in another order
+STRAIN = 0.02  # of the misfit that holding the references costs, from which they are held anew
+EASED = 10  # of one whose references are held anew
 
 
 def without(found: TimeFit, i: int) -> TimeFit:
@@ -35,6 +37,18 @@ def sunk(found: TimeFit, below: int) -> TimeFit:
     *others, last = range(len(found.theta))
     at = len(others) - below
     return _in_order(found, [*others[:at], last, *others[at:]])
+
+
+def eased(found: TimeFit) -> TimeFit:
+    """The fit with its references held as what it leaves allows: a search holds them as what it
+    began from left, and so pays for them by the noise that it has found to be a motion.
+    """
+    left = float((found.residuals[: found.samples] ** 2).sum())
+    trust = TRUST * max(np.sqrt(left / found.samples), 1.0)
+    if found.chi2 - left < STRAIN * left or trust >= found.law.trust:
+        return found
+    again = fit(replace(found.law, trust=trust), found.parameters, evaluations=EASED)
+    return min(found, again, key=lambda one: one.chi2)
 
 
 def _in_order(found: TimeFit, order: list[int], evaluations: int = MOVED) -> TimeFit:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from .effects.further_mode import ran_off
-from .law import TimeFit
+from .law import TRUST, TimeFit
 from .refit import without
 from .residual import NOISY, errors, excess, misfit, noise_share
 from .time_layer import MATERIAL, Candidate, judge, refuted
@@ -20,6 +20,8 @@ AHEAD = 1.5  # times its noise, from which what a first effect leaves ahead show
 CLEARLY = 1.4  # times its noise, from which what was held out is clearly off
 CLEARLY_BOTH = 1.25  # the same of two effects, which bend themselves to more than they are
 TRIFLE, PART = 0.1, 0.25  # rms, of what was off before, that an explanation may leave: held, fitted
+BENT = 2.0 / TRUST  # of a mode's size, that none of a body is off by: two standard deviations
+LOUD = 0.05  # of the strongest mode, from which another one's size shows
 FAR_OFF = 2.0  # times its noise, from which a held-out error is that of something not modelled
 
 
@@ -35,13 +37,31 @@ def strays(found: TimeFit, much: float = FAR_OFF) -> bool:
     return errors(found).held_out > much * noise_share(takes, True) > 0
 
 
+def bends_the_body(found: TimeFit) -> bool:
+    """Whether a fit needs modes of other sizes, and so of other masses, than the body has: what
+    acts on it is none of what was fitted, however little is left.
+    """
+    return bool((found.sizes_off[loud(found)] > BENT).any())
+
+
+def loud(found: TimeFit) -> np.ndarray:
+    """(K,) bool: modes whose size shows."""
+    swings = np.array(found.swings)
+    return swings > LOUD * swings.max()
+
+
 def owes(found: TimeFit, declared: TimeFit, clearly: float = CLEARLY) -> bool:
     """Whether effects that take most of what was off leave clearly more than noise, and more than a
     trifle of it: what they lack has a cause too.
+
+    What is read off the record is there as it was, so that what it leaves is no trifle.
     """
     noise = noise_share(declared.law.takes, True)
     after, before = (errors(one).held_out for one in (found, declared))
-    if after > clearly * noise > 0 and _beyond(after, noise) > TRIFLE * _beyond(before, noise):
+    own = found.law.effects[len(declared.law.effects) :]
+    read = own and all(e.free for e in own)
+    trifle = 0.0 if read else TRIFLE * _beyond(before, noise)
+    if after > clearly * noise > 0 and _beyond(after, noise) > trifle:
         return True
     loud = found.chi2 > NOISY * found.samples
     return loud and excess(found) > PART * excess(declared)
@@ -66,6 +86,8 @@ def sufficient(candidate: Candidate, enough: float, *, nearly: bool = False) -> 
 
     `nearly`: what was held out may still be predicted worse than noise, by far.
     """
+    if bends_the_body(candidate.found):
+        return False
     _, count = misfit(candidate.found.law.takes, candidate.found.predicted, False)
     takes = candidate.found.chi2 < NOISY * count
     found = candidate.found.law.effects[-len(candidate.names) :]
@@ -76,11 +98,9 @@ def sufficient(candidate: Candidate, enough: float, *, nearly: bool = False) -> 
     return takes and not candidate.held_share < ahead and not strays(candidate.found, ASTRAY)
 
 
-def beats_single(both: Candidate, strong: list[Candidate], over: float) -> bool:
-    """Whether two effects do clearly more than the best single one."""
-    if not strong:
-        return True
-    return counts_second(strong[0], judge(both.names, both.found, strong[0].found), over)
+def beside(single: Candidate, both: Candidate) -> Candidate:
+    """Two effects, as what they do more than a single one."""
+    return judge(both.names, both.found, single.found)
 
 
 def one_of(declared: TimeFit, both: TimeFit, over: float, least: float) -> Candidate | None:
@@ -101,6 +121,15 @@ def one_of(declared: TimeFit, both: TimeFit, over: float, least: float) -> Candi
     return None
 
 
+def adds(first: Candidate, second: Candidate) -> bool:
+    """Whether a second effect is material, and takes most of what the first leaves, held out too.
+
+    So it may be a part of what stays unexplained, however little that is.
+    """
+    most = second.share >= SECOND and not second.held_share < SECOND_HELD
+    return most and gained(first.found, second.found) >= MATERIAL
+
+
 def counts_second(first: Candidate, second: Candidate, over: float) -> bool:
     """Whether a second effect is material, and takes most of what the first leaves.
 
@@ -112,7 +141,7 @@ def counts_second(first: Candidate, second: Candidate, over: float) -> bool:
     quiet = first.found.chi2 < NOISY * first.found.samples
     if ahead and quiet and second.held_share >= ENOUGH_BOTH:
         return True
-    if not (size >= MATERIAL and second.share >= SECOND) or second.held_share < SECOND_HELD:
+    if not adds(first, second):
         return False
     nothing = second.found.chi2 < NOISY * second.found.samples and not fails(second.found)
     return size >= SECOND_SIZE * over or (nothing and second.share >= ENOUGH_BOTH)

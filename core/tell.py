@@ -14,6 +14,7 @@ from .match import ACROSS, likeness
 from .parameters import inflation, parameters
 from .report import estimate, estimate_of
 from .residual import Error, errors, noise_share
+from .sufficiency import bends_the_body, loud
 from .verdict import Verdict, probabilities
 
 CLEARLY = 0.8  # MAC from which a shape is clearly a computed one's
@@ -193,6 +194,17 @@ def told_claim(claim: float | None, found: Estimate) -> str:
     return (
         f"Young's modulus is {abs(off):.1%} {'above' if off > 0 else 'below'} the claimed "
         f"{claim:.4g} Pa, which is {where} its interval."
+    )
+
+
+def told_sizes(found: TimeFit) -> str:
+    """That what was found fits only in another body; empty where it fits in this one."""
+    if not bends_the_body(found):
+        return ""
+    off = found.sizes_off[loud(found)].max()
+    return (
+        f"What was found fits only where modes move {100 * off:.0f}% more or less than the body's "
+        "do: something else acts, or mesh, density or pins are not the object's."
     )
 
 

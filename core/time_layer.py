@@ -14,6 +14,7 @@ import numpy as np
 from .effects import TIME_EFFECTS, steady_drive
 from .effects.base import Effect
 from .law import TimeFit
+from .match import DEAD
 from .race import Begun, Try, begun_all, ended, worth
 from .read_off import read_off
 from .refit import lighter, swapped
@@ -258,9 +259,15 @@ def refuted(found: TimeFit) -> bool:
 
 
 def vetoed(found: TimeFit) -> bool:
-    """Whether the last effect is none by what was fitted."""
+    """Whether the last effect is none by what was fitted, or stands in for the swing itself."""
     effect = found.law.effects[-1]
-    return bool(effect.veto and effect.veto(found))
+    return _rings_no_more(found) or bool(effect.veto and effect.veto(found))
+
+
+def _rings_no_more(found: TimeFit) -> bool:
+    """Whether the strongest mode, which was heard to ring, is damped as none that rings."""
+    strongest = int(np.argmax(found.swings))
+    return bool(found.damping_ratio[strongest] > DEAD)
 
 
 def outdone(found: TimeFit) -> bool:

@@ -124,6 +124,7 @@ class Effect:
     scales: bool = False  # theta's first number is the strength, either way of which it may act
     damps: bool = False  # what it takes away, a fit without it puts down to the damping ratios
     sudden: bool = False  # so stiff at some instants that it is always marched in FINE steps
+    grows: bool = False  # with time, so that half of a record hardly shows it
     columns: Callable | None = None
     columns_in: Callable | None = None  # Take -> `columns` there, where takes differ in them
     beside: Callable | None = None

@@ -45,6 +45,7 @@ EFFECT = Effect(
     starts=lambda setting, residual: [(0.03, 0.0)],
     acceleration=acceleration,
     scales=True,
+    grows=True,
     report=report,
     veto=too_faint,
 )

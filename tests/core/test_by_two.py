@@ -6,7 +6,9 @@ import pytest
 
 from core import by_two as module
 from core.by_two import by_two
+from core.effects import dry_friction, relaxation
 from core.time_layer import EVIDENCE, Candidate
+from tests.core.test_together import both_of, creeping_and_rubbed
 
 
 @pytest.mark.parametrize(("evidence", "verdict"), [(1.5, "explained"), (0.5, "unexplained")])
@@ -31,3 +33,31 @@ def test_two_effects_without_evidence_tell_nothing(monkeypatch, evidence, verdic
     told = by_two(((None, fit),), ([], (), [], {}), 0.1, lambda found, effects: found)
     assert told.verdict == verdict
     assert [c.names for c in told.effects] == [("contact",), ("relaxation",)] * (evidence > 1)
+
+
+@pytest.mark.parametrize("more", [True, False])
+def test_of_what_stays_unexplained_two_are_parts_or_the_one_that_they_lead_to(monkeypatch, more):
+    """A search for either alone that went astray is no reason to name what tells less."""
+    found = creeping_and_rubbed()
+    both = both_of(found, dry_friction.EFFECT, relaxation.EFFECT)
+    astray = Candidate(("contact",), both.found, 2 * EVIDENCE, 0.4, 0.4)
+    for name, value in {
+        "pairs": [both],
+        "to_their_end": [both],
+        "exchanged": [both],
+        "polished": [both],
+        "sufficient": False,
+        "adds": more,
+    }.items():
+        monkeypatch.setattr(module, name, lambda *_, _value=value, **__: _value)
+    singles = ([], (astray,), [astray], {})
+    told = by_two(((None, found),), singles, 0.1, lambda found, effects: found)
+    assert told.verdict == "unexplained"
+    names = ("dry_friction", "relaxation")
+    if more:
+        assert set(told.names) == set(names) and told.final is both.found
+        return
+    (part,) = told.effects
+    assert part.evidence > astray.evidence
+    assert part.names[0] in names and part.found.law.effects[-1].name == part.names[0]
+    assert len(part.found.law.effects) == 1

@@ -30,18 +30,18 @@ from core.effects import (
 from core.effects.base import FINE
 from core.exchange import _put_in_hope, exchanged_alone
 from core.foils import weakens, weakens_rather
-from core.law import bounds
+from core.law import TRUST, bounds
 from core.linear_part import solve
 from core.outset import begin, outsets
 from core.parameters import parameters
 from core.race import Try, begun, begun_all, ended, race, worth
 from core.read_off import jumps, read_off
 from core.ready import to_their_end
-from core.refit import turned
+from core.refit import eased, turned
 from core.settle import astray
 from core.simulate import COARSE, swing
-from core.sufficiency import AHEAD, ENOUGH, counts_second, owes, strays, sufficient
-from core.time_layer import judge
+from core.sufficiency import AHEAD, ENOUGH, bends_the_body, counts_second, owes, strays, sufficient
+from core.time_layer import judge, vetoed
 from core.timefit import _gauged, best_fit, extend, fit, misfits, screen, sharp
 from core.verdict import Verdict
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
@@ -349,6 +349,25 @@ def test_what_shows_late_is_not_judged_by_half_of_the_record(late, goes_on):
     assert going_on([drag], found) == [drag] * goes_on
 
 
+def test_what_grows_with_time_is_sought_to_its_end_where_it_promises_most():
+    class Late:
+        """A rub, and a stiffness that falls more and more."""
+
+        def __init__(self):
+            self.rub = Rub(0.03, 0.02)
+
+        def pull(self, x, v, t, h):
+            return self.rub.pull(x, v, t, h) + 0.2 * W**2 * x * (t / SECONDS) ** 3
+
+    found = declared(channels(moved(Late())))
+    drift = tried(found, stiffness_drift.EFFECT)
+    plain = replace(drift, effect=replace(drift.effect, grows=False))
+    less = replace(tried(found, air_drag.EFFECT), promise=2 * drift.promise)
+    assert going_on([plain], found) == []
+    assert going_on([drift], found) == [drift]
+    assert drift not in going_on([drift, less], found)
+
+
 def test_where_noise_is_most_of_what_is_left_half_of_the_record_tells_nothing():
     found = declared(channels(moved(Rub(0.002, 0.02)), sigma=0.9 * NOISE))
     assert found.chi2 > 1.2 * found.samples
@@ -585,6 +604,64 @@ def test_a_tied_mode_stays_where_the_first_one_puts_it_and_is_free_within_that()
     assert held.chi2 > 5 * fit(law, p, evaluations=40).chi2
 
 
+def test_references_are_held_as_what_is_left_allows():
+    law, p = two_modes(1.12)
+    found = fit(law, p, evaluations=40)
+    assert eased(found) is found
+    held = np.r_[found.residuals[: found.samples], np.sqrt(0.1 * found.samples)]
+    law = replace(found.law, trust=10 * TRUST)
+    strained = replace(found, law=law, residuals=held, chi2=float((held**2).sum()))
+    assert eased(strained).law.trust == pytest.approx(TRUST, rel=0.05)
+    assert eased(strained).chi2 == pytest.approx(found.chi2, rel=1e-3)
+    assert eased(replace(strained, law=found.law)).law.trust == TRUST
+
+
+def touched(mass):
+    """(T, C) of two modes that go against one stop, the second of so many times the mass that its
+    shape says, by symplectic Euler's rule; and their shapes.
+    """
+    other = np.array([0.2, -0.5, 0.6, 0.4])
+    h, w, z = 1 / (200 * RATE), W * np.array([1.0, 2.7]), 0.02
+    couple, weights = np.array([1.0, other[0] / SHAPE[0]]), np.array([1.0, 1 / mass])
+    x, v, u = AMPLITUDE * np.array([1.0, 0.6]), np.zeros(2), []
+    for i in range(200 * len(TIME)):
+        if i % 200 == 0:
+            u.append(x.copy())
+        push = -2.0 * W**2 * max(0.0, couple @ x - 0.5 * AMPLITUDE)
+        v += h * (push * couple * weights - 2 * z * w * v - w**2 * x)
+        x += h * v
+    values = np.array(u) @ [SHAPE, other]
+    return values + NOISE * np.random.default_rng(0).standard_normal(values.shape), other
+
+
+@pytest.mark.parametrize(("mass", "bends"), [(1.0, False), (4.0, True)])
+def test_what_fits_only_in_another_body_is_no_explanation(mass, bends):
+    values, other = touched(mass)
+    ring = RingDown(
+        np.array([5.0, 13.5]),
+        np.array([0.03, 0.03]),
+        AMPLITUDE * np.array([SHAPE, 0.6 * other], complex),
+        np.zeros(4),
+        np.full(4, NOISE),
+        np.eye(4),
+    )
+    law, p = build_law([ring], (channels(values),), (0,))
+    masses = np.array([1.0, 0.6**2])  # the first one over each, where its marker moves most
+    law = replace(law, setting=replace(law.setting, paired=False, masses=masses))
+    found = fit(law, p, evaluations=40)
+    law, p = extend(found, (contact.ABOVE,), [(0.5, np.log(2.0), law.setting.couple[1])])
+    found = fit(law, p, evaluations=40)
+    assert bends_the_body(found) is bends
+
+
+@pytest.mark.parametrize(("damping_ratio", "is_none"), [(0.3, False), (0.6, True)])
+def test_what_stands_in_for_the_swing_itself_is_no_effect(damping_ratio, is_none):
+    found = raced(declared(channels(moved(Rub(0.05, 0.02)))), air_drag.EFFECT)
+    p = found.parameters.copy()
+    p[1] = damping_ratio
+    assert vetoed(replace(found, parameters=p)) is is_none
+
+
 def test_the_order_of_two_effects_does_not_change_the_fit():
     found = declared(channels(moved(Rub(0.05, 0.02))))
     both, p = extend(found, (dry_friction.EFFECT, air_drag.EFFECT), [(0.04, np.log(0.05)), (0.02,)])
@@ -680,6 +757,14 @@ def test_few_places_are_told_once_each():
 def test_an_explanation_owes_what_it_leaves_beyond_noise_and_a_trifle(rest, late, owing):
     found = declared(channels(moved(zeta=0.02)))
     assert owes(leaving(found, rest, late), leaving(found, 1.0, 1.0)) is owing
+
+
+@pytest.mark.parametrize("free", [0, 2])
+def test_what_is_read_off_the_record_leaves_no_trifle(free):
+    found = declared(channels(moved(zeta=0.02)))
+    told = leaving(found, 0.0, 0.05)
+    told = replace(told, law=replace(told.law, effects=(SimpleNamespace(free=free),)))
+    assert owes(told, leaving(found, 1.0, 1.0)) is bool(free)
 
 
 def leaving(found, fitted, held):
