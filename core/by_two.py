@@ -2,7 +2,9 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
+from .effects.further_mode import ran_off
 from .exchange import exchanged
 from .foils import is_broken, weakens, weakens_rather
 from .law import TimeFit
@@ -14,7 +16,7 @@ from .time_layer import EVIDENCE, Candidate, judge, refuted, vetoed
 from .together import pairs
 from .verdict import Verdict, partly, twins_of
 
-PART = 0.3  # share of the excess that a part of what stays unexplained takes, held out too
+SHOWN = 0.3  # share of the excess that a part of what stays unexplained takes, held out too
 LEADING = 2  # best two of two effects, from which each of them alone is sought again
 
 
@@ -54,37 +56,39 @@ def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
 
 
 def _parts(chain, found: list[Candidate], singles: tuple) -> Verdict:
-    """What two effects, or one, tell of what stays unexplained. singles: as `by_two` has them."""
+    """What two effects, or one, tell of what stays unexplained. singles: all, those that may be
+    there alone, and the strong ones.
+    """
     declared, (able, ranked, strong) = chain[0][1], singles
     more = [c for c in found if not strong or adds(strong[0], beside(strong[0], c))]
     more = _stand([c for c in more if _shows(c)])
     if more:
         return replace(_two(chain, more[0], more, ranked, able), verdict="unexplained")
-    first = strong[:1] or [c for c in ranked[:1] if c.evidence > EVIDENCE]
-    alone = sorted([*first, *_led_to(found[:LEADING], declared)], key=lambda c: -c.evidence)
-    if alone and _shows(alone[0]):
-        return partly(chain, alone[0], strong, ranked)
+    first = strong[:1] or ranked[:1]
+    alone = [c for c in [*first, *_led_to(found[:LEADING], declared)] if _shows(c)]
+    if alone:
+        return partly(chain, max(alone, key=lambda c: c.evidence), strong, ranked)
     return Verdict("unexplained", chain, (), (), ranked, ())
 
 
 def _shows(part: Candidate) -> bool:
-    """Whether it takes so much that it is a part of what was off."""
-    return part.share > PART and not part.held_share < PART
+    """Whether it surely takes so much that it is a part of what was off."""
+    much = part.share > SHOWN and not part.held_share < SHOWN
+    return much and part.evidence > EVIDENCE
 
 
-def _led_to(pairs: list[Candidate], declared: TimeFit) -> list[Candidate]:
+def _led_to(twos: list[Candidate], declared: TimeFit) -> list[Candidate]:
     """Each one of two effects without the other, from where the two stand: a search for it alone
     may have gone astray.
     """
-    each = [(c, at) for c in pairs for at in (0, 1)]
-    fits = in_step_by_parts(
-        [lambda c=c, at=at: without(c.found, len(c.found.law.effects) - 1 - at) for c, at in each]
-    )
-    return [
-        judge((c.names[at],), one, declared)
-        for (c, at), one in zip(each, fits, strict=True)
-        if not refuted(one)
-    ]
+
+    def led(both, at):
+        one = without(both.found, len(both.found.law.effects) - 1 - at)
+        strayed = ran_off(one) and not ran_off(both.found)
+        return None if strayed or refuted(one) else judge((both.names[at],), one, declared)
+
+    jobs = [partial(led, both, at) for both in twos for at in (0, 1)]
+    return list(filter(None, in_step_by_parts(jobs)))
 
 
 def unless_it_weakens(verdict: Verdict, able: list[Candidate]) -> Verdict:

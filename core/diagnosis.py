@@ -30,6 +30,7 @@ from .sufficiency import (
     counts_second,
     fails,
     gained,
+    is_read_off,
     one_of,
     owes,
     shows,
@@ -164,15 +165,14 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     told = both.verdict == "explained" and not owes(both.final, declared)
     if told and alone and _is_read_off(both) and not _is_read_off(alone):
         told = _takes_most(both, alone)
-    if told and alone and not owes(alone.final, declared):  # all that one leaves, or nothing
+    if told and alone and not _lacks(alone):  # all that one leaves, or nothing
         told = _does_more(both, alone)
     return both if alone is None or told else alone
 
 
 def _is_read_off(verdict: Verdict) -> bool:
-    """Whether all of its effects are read off the record: so free, two of them tell anything."""
-    names = verdict.names
-    return bool(names) and all(e.free for e in verdict.final.law.effects if e.name in names)
+    effects = verdict.final.law.effects
+    return is_read_off([e for e in effects if e.name in verdict.names])
 
 
 def _loud(alone: Verdict) -> bool:

@@ -14,7 +14,7 @@ from .effects import TIME_EFFECTS
 from .effects.base import Effect
 from .effects.further_mode import ran_off
 from .law import Law, TimeFit
-from .refit import eased, swapped, turned
+from .refit import held_anew, swapped, turned
 from .residual import NOISY, QUIET
 from .side_by_side import in_step_by_parts
 from .sufficiency import ENOUGH
@@ -77,7 +77,7 @@ def exchanged(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
 def _instead(found: TimeFit, at: int, effect: Effect) -> TimeFit | None:
     """The fit with `effect` in the place of number `at`, as the last one; None where it is none."""
     found = found if at == -1 else turned(found)
-    best = eased(_put(found, effect))
+    best = _put(found, effect)
     strayed = ran_off(best) and not ran_off(found)
     return None if strayed or refuted(best) or refuted(turned(best)) else best
 
@@ -85,7 +85,7 @@ def _instead(found: TimeFit, at: int, effect: Effect) -> TimeFit | None:
 def _put(found: TimeFit, effect: Effect) -> TimeFit:
     """The best fit with `effect` in the last one's place."""
     law, starts = _begun(found, effect)
-    return best_fit(law, starts, evaluations=LOOKS)
+    return held_anew(best_fit(law, starts, evaluations=LOOKS))
 
 
 def _put_in_hope(found: TimeFit, effect: Effect, most: float) -> TimeFit | None:
@@ -94,7 +94,8 @@ def _put_in_hope(found: TimeFit, effect: Effect, most: float) -> TimeFit | None:
     walks = walked(law, starts, (1.0,), FIRST)
     if walks[0][2] > most:
         return None
-    return best_fit(law, np.array([p for p, _, _ in walks]), evaluations=LOOKS - FIRST)
+    found = best_fit(law, np.array([p for p, _, _ in walks]), evaluations=LOOKS - FIRST)
+    return held_anew(found)
 
 
 def _begun(found: TimeFit, effect: Effect) -> tuple[Law, np.ndarray]:

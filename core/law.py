@@ -8,7 +8,7 @@ import numpy as np
 from .channels import Channels
 from .effects.base import Effect, Setting
 
-TRUST = 20.0  # 1 / 0.05: computed modes' masses are known to five per cent
+TRUST = 20.0  # 1 / 0.05: computed modes' sizes, so half their masses', are known to five per cent
 FARTHEST = 30.0  # most that a place moves in a higher mode over the first
 BEYOND = 1.5  # times the most that any known place does: computed shapes are not exact
 
@@ -137,15 +137,10 @@ class TimeFit:
 
     @property
     def sizes_off(self) -> np.ndarray:
-        """(K,) how far each mode's shape is from its size in the body, relative: of conditions, the
-        most.
+        """(K,) how far each mode's shape is from its size in the body, relative, in the first
+        condition: what a force does in others is worked out by the references of this one.
         """
-        off = []
-        for c in range(self.law.conditions):
-            at = self.law.own * c
-            own = self.coefficients[:, at : at + self.law.modes]
-            off.append(np.abs(1 - np.einsum("kc,ck->k", self.law.gauge(c), own)))
-        return np.max(off, axis=0)
+        return np.abs(1 - np.einsum("kc,kc->k", self.law.gauge(0), self.shapes))
 
     def shapes_of(self, take: int) -> np.ndarray:
         """(K, C) in the fitted take of that number, as `shapes`."""

@@ -230,8 +230,8 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
         "diagnosis": told,
         "warnings": [
             *findings.warnings,
-            *filter(None, [told_sizes(final), without]),
-            *filter(None, [told_claim(case.claimed_youngs_modulus, real)]),
+            *filter(None, [told_sizes(final) if findings.verdict == "unexplained" else ""]),
+            *filter(None, [without, told_claim(case.claimed_youngs_modulus, real)]),
             *filter(None, [mesh_stiffening.told(stiff, heard.match.modes, true)]),
         ],
     }

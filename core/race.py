@@ -13,7 +13,7 @@ from .effects.base import FINE, Effect
 from .law import TRUST, Law, TimeFit
 from .outset import begin, outsets
 from .pair import across
-from .refit import eased
+from .refit import held_anew
 from .residual import NOISY
 from .side_by_side import in_step_by_parts
 from .simulate import COARSE
@@ -119,7 +119,8 @@ def ended(one: Try, begun: Begun, anew: bool = True) -> TimeFit | None:
             return None
         shares = _shares(one, 1.0)
         found = best_fit(_finely(one.law), _places(one), shares, evaluations=looks, close=close)
-    return eased(across(found) if effect.force else found)
+    found = held_anew(found)
+    return across(found) if effect.force else found
 
 
 def _finely(law: Law) -> Law:
@@ -160,7 +161,7 @@ def begun_all(tries: list[Try]) -> list[tuple[Try, Begun]]:
 def worth(begun: list[tuple[Try, Begun]], bare: TimeFit | None = None) -> tuple[list, list]:
     """Those of the searches, with where they stand, that are worth their end, and the others: worth
     it is what gains a fair share of what the best one from the same fit does by then, where enough
-    of what is left stands there; a clock; and what grows with time, where it promises most.
+    of what is left stands there; a clock; and what grows with time, where it promises most of them.
 
     bare: the fit without either effect where two are to tell all that it leaves beyond noise; what
     tells too little of that by then does not go on, where enough of it stands there.
@@ -187,15 +188,11 @@ def worth(begun: list[tuple[Try, Begun]], bare: TimeFit | None = None) -> tuple[
         over, whole = was - NOISY * noise, bare.chi2 - NOISY * bare.samples
         return over < max(EARLY * whole, TOLD) or was - now.misfit > TELLS * over
 
-    first = {}
-    for one, _ in begun:
-        first[one.start] = max(first.get(one.start, 0.0), one.promise.max())
+    growing = _growing([one for one, _ in begun])
 
     def goes_on(one, now):
         # a clock may show where it was not fitted
-        if one.effect.clock or not np.isfinite(now.misfit):
-            return True
-        if one.effect.grows and one.promise.max() == first[one.start]:
+        if one.effect.clock or one in growing or not np.isfinite(now.misfit):
             return True
         if not tells(now):
             return False
@@ -219,6 +216,16 @@ def worth(begun: list[tuple[Try, Begun]], bare: TimeFit | None = None) -> tuple[
 
     going = [pair for pair in begun if goes_on(*pair)]
     return going, [pair for pair in begun if pair not in going]
+
+
+def _growing(tries: list[Try]) -> list[Try]:
+    """Of the searches those for what grows with time, where none from the same fit promises more:
+    half of a record hardly shows it.
+    """
+    most = {}
+    for one in tries:
+        most[one.start] = max(most.get(one.start, 0.0), one.promise.max())
+    return [one for one in tries if one.effect.grows and one.promise.max() >= most[one.start]]
 
 
 def _half(start: TimeFit) -> float:

@@ -10,14 +10,14 @@ from .timefit import as_it_stands, fit, misfits
 
 LESS = 6.0  # times, that a damping ratio may be too large for what damps besides
 MOVED = 3  # of one whose effects were put in another order
-STRAIN = 0.02  # of the misfit that holding the references costs, from which they are held anew
-EASED = 10  # of one whose references are held anew
+HELD = 10  # of one whose references are held anew
+ALIKE = 1.2  # ratio of two weights that hold alike
 
 
 def without(found: TimeFit, i: int) -> TimeFit:
     """Fitted again without effect number `i`, from where the fit with it stands."""
     kept = [k for k in range(len(found.theta)) if k != i]
-    return _in_order(found, kept, evaluations=20)
+    return held_anew(_in_order(found, kept, evaluations=20))
 
 
 def turned(found: TimeFit) -> TimeFit:
@@ -39,16 +39,18 @@ def sunk(found: TimeFit, below: int) -> TimeFit:
     return _in_order(found, [*others[:at], last, *others[at:]])
 
 
-def eased(found: TimeFit) -> TimeFit:
-    """The fit with its references held as what it leaves allows: a search holds them as what it
-    began from left, and so pays for them by the noise that it has found to be a motion.
+def held_anew(found: TimeFit) -> TimeFit:
+    """The fit with its references held as what it leaves asks for: it was begun with them held as
+    another one's misfit did, too fast where that was larger, or too loosely.
     """
     left = float((found.residuals[: found.samples] ** 2).sum())
     trust = TRUST * max(np.sqrt(left / found.samples), 1.0)
-    if found.chi2 - left < STRAIN * left or trust >= found.law.trust:
+    less, more = sorted((trust, found.law.trust))
+    if found.sizes_off.max() < 1 / TRUST or more < ALIKE * less:
         return found
-    again = fit(replace(found.law, trust=trust), found.parameters, evaluations=EASED)
-    return min(found, again, key=lambda one: one.chi2)
+    law = replace(found.law, trust=trust)
+    again = fit(law, found.parameters, evaluations=HELD)
+    return min(again, as_it_stands(law, found.parameters), key=lambda one: one.chi2)
 
 
 def _in_order(found: TimeFit, order: list[int], evaluations: int = MOVED) -> TimeFit:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .effects.further_mode import ran_off
+from .effects.further_mode import is_further, ran_off
 from .law import TRUST, TimeFit
 from .refit import without
 from .residual import NOISY, errors, excess, misfit, noise_share
@@ -20,7 +20,7 @@ AHEAD = 1.5  # times its noise, from which what a first effect leaves ahead show
 CLEARLY = 1.4  # times its noise, from which what was held out is clearly off
 CLEARLY_BOTH = 1.25  # the same of two effects, which bend themselves to more than they are
 TRIFLE, PART = 0.1, 0.25  # rms, of what was off before, that an explanation may leave: held, fitted
-BENT = 2.0 / TRUST  # of a mode's size, that none of a body is off by: two standard deviations
+BENT = 2.0 / TRUST  # of a mode's size, from which it is another body's: two standard deviations
 LOUD = 0.05  # of the strongest mode, from which another one's size shows
 FAR_OFF = 2.0  # times its noise, from which a held-out error is that of something not modelled
 
@@ -38,8 +38,8 @@ def strays(found: TimeFit, much: float = FAR_OFF) -> bool:
 
 
 def bends_the_body(found: TimeFit) -> bool:
-    """Whether a fit needs modes of other sizes, and so of other masses, than the body has: what
-    acts on it is none of what was fitted, however little is left.
+    """Whether a fit needs modes of other sizes, and so of other masses, than the body's: what acts
+    on that is none of what was fitted, however little is left.
     """
     return bool((found.sizes_off[loud(found)] > BENT).any())
 
@@ -58,13 +58,20 @@ def owes(found: TimeFit, declared: TimeFit, clearly: float = CLEARLY) -> bool:
     """
     noise = noise_share(declared.law.takes, True)
     after, before = (errors(one).held_out for one in (found, declared))
-    own = found.law.effects[len(declared.law.effects) :]
-    read = own and all(e.free for e in own)
+    read = is_read_off([e for e in found.law.effects if e not in declared.law.effects])
     trifle = 0.0 if read else TRIFLE * _beyond(before, noise)
     if after > clearly * noise > 0 and _beyond(after, noise) > trifle:
         return True
-    loud = found.chi2 > NOISY * found.samples
-    return loud and excess(found) > PART * excess(declared)
+    fitted = found.chi2 > NOISY * found.samples
+    return fitted and excess(found) > PART * excess(declared)
+
+
+def is_read_off(effects) -> bool:
+    """Whether all of the effects, but the further modes, are read off the record: so free, two of
+    them tell anything.
+    """
+    own = [e for e in effects if not is_further(e)]
+    return bool(own) and all(e.free for e in own)
 
 
 def _beyond(error: float, noise: float) -> float:
@@ -131,11 +138,13 @@ def adds(first: Candidate, second: Candidate) -> bool:
 
 
 def counts_second(first: Candidate, second: Candidate, over: float) -> bool:
-    """Whether a second effect is material, and takes most of what the first leaves.
+    """Whether a second effect is material, and takes most of what the first leaves, in this body.
 
     It may be small beside the first where it leaves nothing but noise, held out too. Where the
     first tells what was fitted and is off ahead, what mends that counts, however little it is.
     """
+    if bends_the_body(second.found):
+        return False
     size = gained(first.found, second.found)
     ahead = strays(first.found, AHEAD) and not fails(second.found)
     quiet = first.found.chi2 < NOISY * first.found.samples
