@@ -157,7 +157,7 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
             return partly(chain, strong[0], strong, ranked)
         single, known = _add_second(chain, strong, ranked, over)
         alone = unless_it_weakens(single, able)
-        if not (_lacks(alone) or _loud(alone) or strays(alone.final, CLEARLY)):
+        if not _lacks(alone) and not _loud(alone):
             return alone
     able = [*able, *passed_over(left, able, declared)]
     both = by_two(chain, (able, ranked, strong, known), over, widen)

@@ -14,7 +14,7 @@ from .effects import TIME_EFFECTS
 from .effects.base import Effect
 from .effects.further_mode import ran_off
 from .law import Law, TimeFit
-from .refit import held_anew, swapped, turned
+from .refit import swapped, turned
 from .residual import NOISY, QUIET
 from .side_by_side import in_step_by_parts
 from .sufficiency import ENOUGH
@@ -85,7 +85,7 @@ def _instead(found: TimeFit, at: int, effect: Effect) -> TimeFit | None:
 def _put(found: TimeFit, effect: Effect) -> TimeFit:
     """The best fit with `effect` in the last one's place."""
     law, starts = _begun(found, effect)
-    return held_anew(best_fit(law, starts, evaluations=LOOKS))
+    return best_fit(law, starts, evaluations=LOOKS)
 
 
 def _put_in_hope(found: TimeFit, effect: Effect, most: float) -> TimeFit | None:
@@ -94,8 +94,7 @@ def _put_in_hope(found: TimeFit, effect: Effect, most: float) -> TimeFit | None:
     walks = walked(law, starts, (1.0,), FIRST)
     if walks[0][2] > most:
         return None
-    found = best_fit(law, np.array([p for p, _, _ in walks]), evaluations=LOOKS - FIRST)
-    return held_anew(found)
+    return best_fit(law, np.array([p for p, _, _ in walks]), evaluations=LOOKS - FIRST)
 
 
 def _begun(found: TimeFit, effect: Effect) -> tuple[Law, np.ndarray]:

@@ -49,7 +49,8 @@ def listen(take: Take, find_release) -> tuple[Channels, RingDown]:
             f"{ring.damping_ratio.min():.2g}; below {DEAD:g} is needed), so it has no pitch to "
             "calibrate by. Take away what holds or rubs it, and film it swinging freely."
         )
-    span, period = data.time[-1], 1 / ring.frequency[0]
+    # a mean that creeps is no mode of which periods could be wanted
+    span, period = data.time[-1], 1 / ring.frequency[ring.damping_ratio <= DEAD][0]
     if span < PERIODS * period:
         raise RecordingError(
             f"recording {take.name}: it lasts {span:.3g} s after the release, "

@@ -13,7 +13,6 @@ from .effects.base import FINE, Effect
 from .law import TRUST, Law, TimeFit
 from .outset import begin, outsets
 from .pair import across
-from .refit import held_anew
 from .residual import NOISY
 from .side_by_side import in_step_by_parts
 from .simulate import COARSE
@@ -119,7 +118,6 @@ def ended(one: Try, begun: Begun, anew: bool = True) -> TimeFit | None:
             return None
         shares = _shares(one, 1.0)
         found = best_fit(_finely(one.law), _places(one), shares, evaluations=looks, close=close)
-    found = held_anew(found)
     return across(found) if effect.force else found
 
 

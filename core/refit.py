@@ -5,19 +5,17 @@ from dataclasses import replace
 import numpy as np
 
 from .effects.base import Effect
-from .law import TRUST, Law, TimeFit
+from .law import Law, TimeFit
 from .timefit import as_it_stands, fit, misfits
 
 LESS = 6.0  # times, that a damping ratio may be too large for what damps besides
 MOVED = 3  # of one whose effects were put in another order
-HELD = 10  # of one whose references are held anew
-ALIKE = 1.2  # ratio of two weights that hold alike
 
 
 def without(found: TimeFit, i: int) -> TimeFit:
     """Fitted again without effect number `i`, from where the fit with it stands."""
     kept = [k for k in range(len(found.theta)) if k != i]
-    return held_anew(_in_order(found, kept, evaluations=20))
+    return _in_order(found, kept, evaluations=20)
 
 
 def turned(found: TimeFit) -> TimeFit:
@@ -37,20 +35,6 @@ def sunk(found: TimeFit, below: int) -> TimeFit:
     *others, last = range(len(found.theta))
     at = len(others) - below
     return _in_order(found, [*others[:at], last, *others[at:]])
-
-
-def held_anew(found: TimeFit) -> TimeFit:
-    """The fit with its references held as what it leaves asks for: it was begun with them held as
-    another one's misfit did, too fast where that was larger, or too loosely.
-    """
-    left = float((found.residuals[: found.samples] ** 2).sum())
-    trust = TRUST * max(np.sqrt(left / found.samples), 1.0)
-    less, more = sorted((trust, found.law.trust))
-    if found.sizes_off.max() < 1 / TRUST or more < ALIKE * less:
-        return found
-    law = replace(found.law, trust=trust)
-    again = fit(law, found.parameters, evaluations=HELD)
-    return min(again, as_it_stands(law, found.parameters), key=lambda one: one.chi2)
 
 
 def _in_order(found: TimeFit, order: list[int], evaluations: int = MOVED) -> TimeFit:

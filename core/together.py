@@ -18,7 +18,7 @@ from .law import TimeFit
 from .outset import begin, outsets
 from .race import TELLS, Try, race, raced, unlike
 from .read_off import jumps
-from .refit import held_anew, turned
+from .refit import turned
 from .residual import NOISY, bic
 from .side_by_side import in_step_by_parts
 from .time_layer import (
@@ -138,7 +138,7 @@ def _of_the_library(start: TimeFit) -> list[Candidate]:
 
     def ended(effects, walks):
         law = raced(start, *effects)
-        found = held_anew(best_fit(law, np.array([p for p, _, _ in walks]), HORIZONS[2:]))
+        found = best_fit(law, np.array([p for p, _, _ in walks]), HORIZONS[2:])
         strayed = ran_off(found) and not ran_off(start)
         return None if strayed or refuted(turned(found)) or refuted(found) else found
 
