@@ -507,6 +507,10 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="a mass parts one pair more than can be heard, and the others",
         ),
         pytest.param(
+            "relaxation", 687816, {"relaxation"}, 1.1,
+            id="a mean that creeps is no mode of which two periods are wanted",
+        ),
+        pytest.param(
             "two:relaxation+dry_friction", 72003, {"relaxation", "dry_friction"}, 1.8,
             id="a line at a pitch does not stand in for a rub",
         ),
