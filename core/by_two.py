@@ -11,7 +11,7 @@ from .law import TimeFit
 from .ready import polished, to_their_end
 from .refit import turned, without
 from .side_by_side import in_step_by_parts
-from .sufficiency import ENOUGH_BOTH, adds, beside, one_of, strays, sufficient
+from .sufficiency import ENOUGH_BOTH, adds, one_of, strays, sufficient
 from .time_layer import EVIDENCE, Candidate, judge, refuted, vetoed
 from .together import pairs
 from .verdict import Verdict, partly, twins_of
@@ -60,8 +60,11 @@ def _parts(chain, found: list[Candidate], singles: tuple) -> Verdict:
     there alone, and the strong ones.
     """
     declared, (able, ranked, strong) = chain[0][1], singles
-    more = [c for c in found if not strong or adds(strong[0], beside(strong[0], c))]
-    more = _stand([c for c in more if _shows(c)])
+    more = [c for c in found if _shows(c)]
+    if strong:
+        best = strong[0]
+        more = [c for c in more if adds(best, judge(c.names, c.found, best.found))]
+    more = _stand(more)
     if more:
         return replace(_two(chain, more[0], more, ranked, able), verdict="unexplained")
     first = strong[:1] or ranked[:1]

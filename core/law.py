@@ -8,7 +8,7 @@ import numpy as np
 from .channels import Channels
 from .effects.base import Effect, Setting
 
-TRUST = 20.0  # 1 / 0.05: computed modes' sizes, so half their masses', are known to five per cent
+TRUST = 20.0  # 1 / 0.05: computed modes' sizes are known to five per cent, their masses to ten
 FARTHEST = 30.0  # most that a place moves in a higher mode over the first
 BEYOND = 1.5  # times the most that any known place does: computed shapes are not exact
 

@@ -62,8 +62,8 @@ def owes(found: TimeFit, declared: TimeFit, clearly: float = CLEARLY) -> bool:
     trifle = 0.0 if read else TRIFLE * _beyond(before, noise)
     if after > clearly * noise > 0 and _beyond(after, noise) > trifle:
         return True
-    fitted = found.chi2 > NOISY * found.samples
-    return fitted and excess(found) > PART * excess(declared)
+    noisy = found.chi2 > NOISY * found.samples
+    return noisy and excess(found) > PART * excess(declared)
 
 
 def is_read_off(effects) -> bool:
@@ -103,11 +103,6 @@ def sufficient(candidate: Candidate, enough: float, *, nearly: bool = False) -> 
         return takes and not candidate.held_share < ENOUGH_HELD
     ahead = NEARLY_ALL if strays(candidate.found) else ENOUGH_HELD
     return takes and not candidate.held_share < ahead and not strays(candidate.found, ASTRAY)
-
-
-def beside(single: Candidate, both: Candidate) -> Candidate:
-    """Two effects, as what they do more than a single one."""
-    return judge(both.names, both.found, single.found)
 
 
 def one_of(declared: TimeFit, both: TimeFit, over: float, least: float) -> Candidate | None:

@@ -507,6 +507,10 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="a mass parts one pair more than can be heard, and the others",
         ),
         pytest.param(
+            "two:relaxation+dry_friction", 72001, {"relaxation", "dry_friction"}, 1.4,
+            id="a second one is sought beside what fits best, not only beside what foretells best",
+        ),
+        pytest.param(
             "relaxation", 687816, {"relaxation"}, 1.1,
             id="a mean that creeps is no mode of which two periods are wanted",
         ),
@@ -525,19 +529,6 @@ def test_what_was_planted_is_named_and_nothing_else(kind, seed, names, most, tmp
     report = calibrate_case(tmp_path / "case.toml").report
     assert {e["name"] for e in report["diagnosis"]["effects"]} == names
     assert report["error"]["after"] < most * report["error"]["floor"]
-
-
-@pytest.mark.slow
-def test_a_second_one_is_sought_beside_what_fits_best_not_only_what_foretells_best(tmp_path):
-    """Where the rub comes to rest is hard to foretell: the creep's twin may do that better."""
-    make("two:relaxation+dry_friction", 72001, tmp_path)
-    report = calibrate_case(tmp_path / "case.toml").report
-    rub, creep = sorted(report["diagnosis"]["effects"], key=lambda e: e["name"] != "dry_friction")
-    assert rub["name"] == "dry_friction"
-    assert creep["name"] in ("relaxation", "asymmetric_stiffness")
-    assert "relaxation" in (creep["name"], *creep["twins"])
-    assert report["diagnosis"]["verdict"] == "explained"
-    assert report["error"]["after"] < 1.4 * report["error"]["floor"]
 
 
 @pytest.mark.slow

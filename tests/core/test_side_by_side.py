@@ -69,7 +69,9 @@ def test_results_come_in_the_order_of_the_jobs(forked):
     assert all((values == n).all() for _, n, _, values in out)
 
 
-def test_parts_go_in_step_and_come_in_order(forked):
+@pytest.mark.parametrize("shared", [True, False])
+def test_parts_go_in_step_and_come_in_order(forked, shared, monkeypatch):
+    monkeypatch.setattr(where, "may_share", lambda: shared)
     sizes = []
 
     def answer(questions):
@@ -81,9 +83,9 @@ def test_parts_go_in_step_and_come_in_order(forked):
     out = in_step_by_parts([lambda job=job: (job(), os.getpid()) for job in jobs])
     assert [value for value, _ in out] == [100, 101, 102, 103, 104]
     theirs = [n for n, (_, pid) in enumerate(out) if pid != os.getpid()]
-    assert theirs in ([1, 3], [0, 2, 4]) if forked else not theirs
-    here = [3, 2] if where.may_share() else [5]
-    assert sizes == ([2 if theirs == [0, 2, 4] else 3] if forked else here)
+    assert theirs in ([1, 3], [0, 2, 4]) if forked and shared else not theirs
+    here = [3, 2] if shared else [5]
+    assert sizes == ([2 if theirs == [0, 2, 4] else 3] if forked and shared else here)
 
 
 def test_a_function_comes_with_what_it_encloses(forked):
