@@ -18,7 +18,7 @@ from .modal_layer import Suspect, suspects
 from .report import estimate
 from .residual import Error, errors
 from .stranger import strangers, told
-from .sufficiency import ASTRAY, CLEARLY, gained, strays
+from .sufficiency import ASTRAY, CLEARLY, FAR_OFF, gained, strays
 from .turned import weighs
 from .unmatched import acts
 from .verdict import Verdict
@@ -164,7 +164,8 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     best, left = good[0], leaves(with_it, before, free)
     outweighed = _outweighs(before, free, verdict)
     clear = verdict.verdict != "unexplained" or outweighed
-    clear = clear and mended and not strays(verdict.final, ASTRAY)
+    astray = strays(verdict.final, ASTRAY if best.effect.bends else FAR_OFF)
+    clear = clear and mended and not astray
     fits = left <= LEFT and best.hypothesis.chi2 < CLEAR * pieces
     found = "explained" if clear and fits else "unexplained"
     return replace(

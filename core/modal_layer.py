@@ -17,7 +17,10 @@ from .ground import Ground
 from .side_by_side import side_by_side
 
 LIMIT = 3.84  # rise of chi2 within which a parameter is not told from the best one, 95 %
+NONE = 1e12  # cost of a body in which no mode is the measured one, for a search among numbers
+EDGED = 4  # choices, the best ones, from which it is looked for how far they go
 HALVINGS = 5  # of the step that looks for it
+RIVALS = 4.0  # of what the best choice costs, at most, that one costs round which it is looked for
 ITERATIONS = 3  # of a body's modes towards those of a changed one
 
 
@@ -32,6 +35,7 @@ class Suspect:
     evidence: float
     cost: float
     near: list  # (cost, report, (K,) Hz at 1 Pa) within the 95 % region
+    tried: list  # theta of every choice that was refined, the best one first
 
     @property
     def moduli(self) -> tuple[np.ndarray, np.ndarray]:
@@ -81,22 +85,39 @@ def _at(model) -> np.ndarray:
 
 
 def _fit(effect: Effect, families: Iterable[Family], ground: Ground) -> Suspect | None:
-    ends, told = [], []
-    for family in families:
-        found = _best(effect, family, ground)
-        while found is not None:
-            told += found.near
-            last, found = found, None
-            if family.nearer:
-                family = family.nearer(last.theta)
-                found = _best(effect, family, ground)
-            if found is None:
-                ends.append(last)
+    told = []
+    ends = [end for family in families if (end := _closer(effect, family, ground, told))]
     if not ends:
         return None
     best = min(ends, key=lambda one: one.cost)
     level = best.cost + _wide(best.hypothesis, ground)
     return replace(best, near=[one for one in told if one[0] <= level])
+
+
+def _closer(effect: Effect, family: Family, ground: Ground, told: list) -> Suspect | None:
+    """The best of a family: looked for ever closer round each of the places that it chooses, the
+    last time round the likeliest of these only. What is near joins `told`.
+    """
+    found = _best(effect, family, ground)
+    if found is None or family.nearer is None:
+        told += found.near if found else []
+        return found
+    told += found.near
+    ends = []
+    for closer in family.nearer(found.tried):
+        there = found
+        while closer.nearer and (nearer := _best(effect, closer, ground)):
+            there = nearer
+            told += there.near
+            (closer,) = closer.nearer(there.tried)
+        ends.append((there, closer))
+    best = min((there for there, _ in ends), key=lambda one: one.cost)
+    equal = best.cost + _wide(best.hypothesis, ground) / LIMIT
+    _, last = min(
+        (end for end in ends if end[0].cost <= equal),
+        key=lambda end: family.size(end[0].theta) if family.size else end[0].cost,
+    )
+    return _closer(effect, last, ground, told) or best
 
 
 def _wide(found: Hypothesis, ground: Ground) -> float:
@@ -116,24 +137,27 @@ def _best(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
     tried = [_refined(look, family, start) for start in _best_choices(family, costs)]
     tried = sorted(((look(theta)[1], theta) for theta in tried), key=lambda one: one[0])
     wide = _wide(look(tried[0][1])[0], ground)
-    theta = tried[0][1]
     if family.size is not None:  # of those that do equally well the least is the likeliest
-        equal = [t for c, t in tried if c <= tried[0][0] + wide / LIMIT]
-        theta = min(equal, key=family.size)
+        equal = sum(c <= tried[0][0] + wide / LIMIT for c, _ in tried)
+        least = min(tried[:equal], key=lambda one: family.size(one[1]))
+        tried = [least, *(one for one in tried if one is not least)]
+    theta = tried[0][1]
     found, cost = look(theta)
     gain = ground.base.chi2 - found.chi2
     evidence = gain - family.unknowns * np.log(_pieces(ground))
     told = family.report(theta, found.modulus)
-    level = min(cost, tried[0][0]) + wide
+    level = min(c for c, _ in tried) + wide
     near = [*tried, *zip(costs, family.grid, strict=True)]
-    if family.nearer is None:
-        near += [(level, edge) for edge in _edges(look, family, theta, cost + wide)]
+    if family.nearer is None:  # how far it goes in one choice depends on the choice
+        ends = [(t, cost + wide if t is theta else level) for c, t in tried if c < level]
+        near += [(level, edge) for one in ends[:EDGED] for edge in _edges(look, family, *one)]
     near = [
         (c, family.report(t, there.modulus), there.pitches)
         for c, t in near
         if c <= level and (there := look(t)[0]) is not None
     ]
-    return Suspect(effect, found, theta, told, float(evidence), float(cost), near)
+    begins = [t for c, t in tried if c <= RIVALS * level]
+    return Suspect(effect, found, theta, told, float(evidence), float(cost), near, begins)
 
 
 def _costs(look, family: Family, ground: Ground) -> np.ndarray:
@@ -208,17 +232,17 @@ def _refined(look, family: Family, theta: np.ndarray) -> np.ndarray:
     def whole(y):
         return np.clip(np.r_[theta[:n], y * scale], family.low, family.high)
 
-    if len(theta) == n + 1:
-        steps = np.unique(np.r_[family.grid[:, n], family.low[n], family.high[n]])
-        below, above = steps[steps < theta[n]], steps[steps > theta[n]]
-        sides = np.r_[below[-1:], theta[n], above[:1]][[0, -1]]
+    if len(theta) == n + 1 or family.rough:
+        steps = np.unique(np.r_[family.grid[:, -1], family.low[-1], family.high[-1]])
+        below, above = steps[steps < theta[-1]], steps[steps > theta[-1]]
+        sides = np.r_[below[-1:], theta[-1], above[:1]][[0, -1]]
         answer = minimize_scalar(
-            lambda y: look(whole(np.array([y])))[1],
-            bounds=sides / scale[0],
+            lambda last: min(look(np.r_[theta[:-1], last])[1], NONE),
+            bounds=sides,
             method="bounded",
-            options={"xatol": 1e-3, "maxiter": 20},
+            options={"xatol": scale[-1] * (0.3 if family.rough else 1e-3), "maxiter": 20},
         )
-        return min(theta, whole(np.array([answer.x])), key=lambda t: look(t)[1])
+        return min(theta, np.r_[theta[:-1], answer.x], key=lambda t: look(t)[1])
     answer = minimize(
         lambda y: look(whole(y))[1],
         theta[n:] / scale,
@@ -250,7 +274,8 @@ def _looker(effect: Effect, family: Family, ground: Ground):
         K, M = family.matrices(theta)
         part = family.within(theta) if family.within else np.eye(len(K))
         count = min(len(ground.shrink), len(K))
-        values, x = eigh(K, M, subset_by_index=[0, count - 1])
+        # all of them: a few are slower to get, and may not be got where three are equal
+        values, x = (part[..., :count] for part in eigh(K, M))
         unit = None
         if own is not None:
             pull = part.T @ own + (family.weight(theta, gravity) if family.weight else 0)

@@ -130,7 +130,7 @@ def on_seats(body: Body, loads: tuple) -> dict[Seat, Modes]:
     for seat, each in operators.items():
         pressed = [(load.mass, N @ span) for load, N in zip(loads, each, strict=True)]
         mass = heavy + sum(m * N.T @ N for m, N in pressed)
-        squares, turn = eigh(stiff, mass, subset_by_index=[0, count - 1])
+        squares, turn = (part[..., :count] for part in eigh(stiff, mass))
         shapes = np.zeros((3 * len(model.points), count))
         shapes[free] = span @ turn
         out[seat] = Modes(

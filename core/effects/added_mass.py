@@ -16,19 +16,23 @@ import numpy as np
 
 from ..boundary import boundary
 from ..data import Load, Surface
-from ..elasticity import add_loads, lump_operator, lump_radius, surface_quadrature
+from ..elasticity import PLAIN, Seat, add_loads, lump_operator, lump_radius, surface_quadrature
 from ..factorization import Factorization, factorize
 from ..surface import closest_point
 from .base import KNOWN, Effect, Family, Parameter, reduced_basis
 
-PLACES = 40  # on the surface, far apart
-NEAR = 12  # places around the best one, where it is looked for again
+PLACES = 60  # on the surface, far apart
+STARTS = 2  # of them, the best ones, around which it is looked for again
+NEAR = 8  # places around one, where it is
+MIDWAY = 3  # lumps there whose mass is looked for between the steps of a grid
+OUTER = 0.6  # of how far off it is looked for, from which it is looked for as far off again
 WALKS = 3  # times at most that it is looked for as far off, before half as far
-HALVINGS = 4  # at most of how far that is, before the last look around
-CLOSE = 0.15  # of its patch's radius, nearer than which it need not be looked for
+WITHIN = 0.5  # of its patch's radius, nearer than which it counts how it sits
+CLOSE = 0.15  # the same, nearer than which it need not be looked for
 AROUND = 24  # directions in which it is looked for there
-WIDTHS = (1.0, 2.0)  # of its patch over a ball of steel's; a narrower one gives more
-SEATS = (0.01, 0.5, 1.5, 3.0)  # give of the seat, over that of the modulus times the patch's radius
+SITS = (PLAIN, Seat(2.0, True), *(Seat(width, False) for width in (0.5, 1.25, 1.5, 2.0)))
+KEPT = 3  # of them, for the last look
+GIVES = (0.01, 0.5, 1.5, 3.0)  # of the seat, over that of the modulus times the patch's radius
 SOFTEST = 5.0  # of them
 HEAVIEST = 5.0  # times the body's own mass
 STILL = 1e-6  # share of a hanging lump's inertia that is left across gravity
@@ -40,16 +44,16 @@ def change_model(model, theta):
 
 
 def families(body, solve):
-    """Masses over the surface; theta = (place, hangs 0 or 1, width, log of the seat's give,
+    """Masses over the surface; theta = (place, hangs 0 or 1, how it sits, log of the seat's give,
     log of the mass over the body's).
 
-    How wide a lump sits, and so how much gives under it, is no part of the answer, but what it may
-    be widens the answer's interval.
+    How a lump sits, and so how much gives under it, is no part of the answer, but what it may be
+    widens the answer's interval.
     """
     sizes = np.log(np.geomspace(2e-3, 2.0, 8))
     at, _, areas = surface_quadrature(body.model)
     on, reach = (at @ body.model.points.ravel()).reshape(-1, 3), np.sqrt(areas.sum() / PLACES)
-    search = Search(_spread(on, PLACES), sizes, SEATS[:1], WIDTHS[:1], reach)
+    search = Search(_spread(on, PLACES), sizes, GIVES[:1], SITS[:1], reach)
     return (_family(Bearer.of(body), search),)
 
 
@@ -59,7 +63,8 @@ class Bearer:
 
     body: object
     modes: np.ndarray  # (3P, m) mass-orthonormal
-    stiffness: np.ndarray  # (m, m) between them, at 1 Pa
+    heavy: np.ndarray  # (3P, m) mass times these
+    stiff: np.ndarray  # (3P, m) stiffness at 1 Pa times these
     factor: Factorization
 
     @classmethod
@@ -67,27 +72,37 @@ class Bearer:
         model, free = body.model, body.model.free
         modes = reduced_basis([body.modes.shapes.reshape(model.mass.shape[0], -1)], model.mass)
         factor = factorize(model.stiffness[free][:, free])
-        return cls(body, modes, modes.T @ (model.stiffness @ modes), factor)
+        return cls(body, modes, model.mass @ modes, model.stiffness @ modes, factor)
 
     @property
     def mass(self) -> float:
         """kg."""
         return self.body.bare.mesh.volume * self.body.bare.material.density
 
-    def give(self, pushes) -> np.ndarray:
-        """(3P, k) how it gives to forces (k, 3P), beside its modes; as large as these."""
+    def give(self, pushes) -> "_Give":
+        """How it gives to forces (k, 3P), beside its modes; as large as these."""
         model, free = self.body.model, self.body.model.free
-        static = np.zeros((pushes.shape[1], pushes.shape[0]))
-        static[free] = self.factor.solve(pushes[:, free].T.toarray())
+        stiff, static = np.zeros((2, *pushes.shape[::-1]))
+        stiff[free] = pushes[:, free].T.toarray()
+        static[free] = self.factor.solve(stiff[free])
+        heavy = model.mass @ static
         for _ in range(2):
-            size = np.sqrt(_powers(static, model.mass))
-            static = np.where(size > KNOWN * size.max(), static / np.maximum(size, 1e-300), 0.0)
-            static -= self.modes @ (self.modes.T @ (model.mass @ static))
-        return static
+            size = np.sqrt(np.maximum(np.einsum("ij,ij->j", static, heavy), 0.0))
+            scale = np.where(size > KNOWN * size.max(), 1 / np.maximum(size, 1e-300), 0.0)
+            own = self.modes.T @ heavy
+            static = (static - self.modes @ own) * scale
+            heavy = (heavy - self.heavy @ own) * scale
+            stiff = (stiff - self.stiff @ own) * scale
+        return _Give(static, heavy, stiff)
 
 
-def _powers(vectors: np.ndarray, mass) -> np.ndarray:
-    return np.einsum("ij,ij->j", vectors, mass @ vectors)
+@dataclass(frozen=True, eq=False)
+class _Give:
+    """(3P, k) each: how a body gives, and its mass and its stiffness times that."""
+
+    static: np.ndarray
+    heavy: np.ndarray
+    stiff: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,31 +111,46 @@ class Search:
 
     places: np.ndarray  # (n, 3) m; after the first time the best one so far comes first
     sizes: np.ndarray  # logarithms of masses over the body's
-    seats: tuple
-    widths: tuple
+    gives: tuple
+    sits: tuple[Seat, ...]
     reach: float  # m, how far off it is looked for next
     first: bool = True
     walks: int = 0  # times that it was looked for so far off
-    halvings: int = 0
+    settled: bool = False  # how it sits counts
     last: bool = False
 
-    def around(self, bearer: Bearer, place: int, mass: float):
-        """The next one, with the lump at that place; mass over the body's, a logarithm."""
-        centre, heavy = self.places[place], bearer.mass * np.exp(mass)
-        moved = (place > 0 or self.first) and self.walks < WALKS
-        reach, halvings = self.reach / (1 if moved else 2), self.halvings + (not moved)
-        around = _around(bearer.body.model.mesh, centre, reach)
-        last = halvings > HALVINGS or reach < CLOSE * lump_radius(heavy)
+    def chosen(self, thetas: list) -> list:
+        """Of the lumps (thetas, best first) those that it is looked for around, each by itself."""
+        out = thetas[:1]
+        for theta in thetas:
+            off = self.places[[int(one[0]) for one in out]] - self.places[int(theta[0])]
+            if np.linalg.norm(off, axis=1).min() > self.reach and len(out) < STARTS:
+                out.append(theta)
+        return out
+
+    def around(self, bearer: Bearer, thetas: list) -> "Search":
+        """The next one, around the first of the lumps."""
+        place, mass = int(thetas[0][0]), thetas[0][4]
+        patch = lump_radius(bearer.mass * np.exp(mass))
+        off = np.linalg.norm(self.places[place] - self.places[0])
+        moved = (self.first or off > OUTER * self.reach) and self.walks < WALKS
+        reach = self.reach / (1 if moved else 2)
+        settles = not self.settled and reach < WITHIN * patch
+        if settles or self.settled:
+            reach = (CLOSE if self.settled else WITHIN) * patch
+        around = _around(bearer.body.model.mesh, self.places[place], reach)
+        centre = self.places[place][None]
+        kept = tuple(dict.fromkeys(self.sits[int(one[2])] for one in thetas))[:KEPT]
         return Search(
-            places=np.vstack([centre, _spread(around, NEAR)]) if len(around) else centre[None],
-            sizes=mass + np.linspace(-1, 1, 5) * (0.25 if last else 0.5),
-            seats=SEATS if last else SEATS[::2],
-            widths=WIDTHS if last else WIDTHS[:1],
+            places=np.vstack([centre, _spread(around, NEAR)]) if len(around) else centre,
+            sizes=mass + np.linspace(-1, 1, 5) * (0.25 if self.settled else 0.5),
+            gives=GIVES if self.settled else GIVES[::2],
+            sits=kept if self.settled else SITS if settles else SITS[:1],
             reach=reach,
             first=False,
             walks=self.walks + 1 if moved else 0,
-            halvings=halvings,
-            last=last,
+            settled=settles,
+            last=self.settled,
         )
 
 
@@ -129,11 +159,18 @@ def _family(bearer: Bearer, search: Search) -> Family:
     part in ten thousand (MacNeal, Computers & Structures 1 (1971) 581).
     """
     body, own = bearer.body, bearer.mass
-    radii = lump_radius(own * np.exp(np.mean(search.sizes))) * np.array(search.widths)
-    on = [lump_operator(body.model, search.places, radius) for radius in radii]
-    basis = np.hstack([bearer.modes, *(bearer.give(operator) for operator in on)])
+    radii = lump_radius(own * np.exp(np.mean(search.sizes))) * np.array(
+        [sits.width for sits in search.sits]
+    )
+    on = [
+        lump_operator(body.model, search.places, radius, over_foot=sits.over_foot)
+        for radius, sits in zip(radii, search.sits, strict=True)
+    ]
+    gives = [bearer.give(operator) for operator in on]
+    basis = np.hstack([bearer.modes, *(give.static for give in gives)])
     spots = [
-        _spots(bearer, basis, operator, 3 * len(search.places) * n) for n, operator in enumerate(on)
+        _spots(bearer, give, operator, 3 * len(search.places) * n, basis.shape[1])
+        for n, (give, operator) in enumerate(zip(gives, on, strict=True))
     ]
     gravity = body.case.takes[0].gravity
     down = None if gravity is None else gravity / max(np.linalg.norm(gravity), 1e-300)
@@ -166,18 +203,21 @@ def _family(bearer: Bearer, search: Search) -> Family:
     def weight(theta, gravity):
         return np.r_[np.zeros(len(spot(theta).stiffness)), own * np.exp(theta[4]) * gravity]
 
-    def nearer(theta):
-        return _family(bearer, search.around(bearer, int(theta[0]), theta[4]))
+    def nearer(thetas):
+        begins = [[one] for one in search.chosen(thetas)] if search.first else [thetas]
+        return [_family(bearer, search.around(bearer, some)) for some in begins]
 
     places, hangs = range(len(search.places)), range(1 if down is None else 2)
-    widths, seats = range(len(radii)), np.log(search.seats)
-    grid = np.array(list(product(places, hangs, widths, seats, search.sizes)))
-    low = np.array([0, 0, 0, np.log(SEATS[0]), np.log(1e-4)])
+    grid = np.array(
+        list(product(places, hangs, range(len(radii)), np.log(search.gives), search.sizes))
+    )
+    low = np.array([0, 0, 0, np.log(GIVES[0]), np.log(1e-4)])
     high = np.array([len(places) - 1, 1, len(radii) - 1, np.log(SOFTEST), np.log(HEAVIEST)])
     return Family(
         basis, matrices, grid, low, high, report, weight, within=within,
         frozen=3, unknowns=4, nearer=None if search.last else nearer, size=lambda theta: theta[4],
-        choices=10 if search.first or search.last else 1,
+        choices=10 if search.first or search.last else MIDWAY,
+        rough=not (search.settled or search.last),
     )  # fmt: skip
 
 
@@ -190,28 +230,26 @@ class _Spot:
     motion: np.ndarray  # (3, s) of the place
 
 
-def _spots(bearer: Bearer, basis: np.ndarray, operator, first: int) -> list[_Spot]:
+def _spots(bearer: Bearer, give: _Give, operator, first: int, size: int) -> list[_Spot]:
     """Of each place whose motion is a row of the operator (3n, 3P); the give there begins with
-    column `first` after the modes.
+    column `first` after the modes, in a basis of that `size`.
     """
-    model, m = bearer.body.model, bearer.modes.shape[1]
-    give = basis[:, m + first : m + first + operator.shape[0]]
-    heavy, stiff, moves = model.mass @ give, model.stiffness @ give, operator @ basis[:, :m]
-    across = bearer.modes.T @ stiff
+    m, moves = bearer.modes.shape[1], operator @ np.hstack([bearer.modes, give.static])
+    modal, across = bearer.modes.T @ bearer.stiff, bearer.modes.T @ give.stiff
     out = []
-    for at in range(0, give.shape[1], 3):
-        own = slice(at, at + 3)
-        w, v = np.linalg.eigh(give[:, own].T @ heavy[:, own])
+    for at in range(0, operator.shape[0], 3):
+        own, here = slice(at, at + 3), give.static[:, at : at + 3]
+        w, v = np.linalg.eigh(here.T @ give.heavy[:, own])
         turn = v[:, w > KNOWN] / np.sqrt(w[w > KNOWN])
         s = m + turn.shape[1]
-        part, stiffness = np.zeros((basis.shape[1], s)), np.empty((s, s))
+        part, stiffness = np.zeros((size, s)), np.empty((s, s))
         part[:m, :m] = np.eye(m)
         part[m + first + at : m + first + at + 3, m:] = turn
-        stiffness[:m, :m] = bearer.stiffness
+        stiffness[:m, :m] = modal
         stiffness[:m, m:] = across[:, own] @ turn
         stiffness[m:, :m] = stiffness[:m, m:].T
-        stiffness[m:, m:] = turn.T @ (give[:, own].T @ stiff[:, own]) @ turn
-        motion = np.hstack([moves[own], (operator[own] @ give[:, own]) @ turn])
+        stiffness[m:, m:] = turn.T @ (here.T @ give.stiff[:, own]) @ turn
+        motion = np.hstack([moves[own, :m], moves[own, m + at : m + at + 3] @ turn])
         out.append(_Spot(part, stiffness, motion))
     return out
 

@@ -141,6 +141,7 @@ class Effect:
     rival: Callable | None = None  # (TimeFit) -> a plainer Effect that must do worse, or None
     requires: Callable | None = None  # (setting, takes) -> reason why not, or ""
     change_model: Callable | None = None  # modal layer
+    bends: bool = False  # modal: the body's stiffness goes with its swing, which modes do not say
     nothing: tuple[str, float] | None = None  # modal: the parameter, and its value without effect
     families: Callable | None = None  # modal layer: (body, solve) -> Families, each in turn
 
@@ -182,7 +183,8 @@ class Family:
     frozen: int = 0  # leading entries of theta that are choices, not numbers
     unknowns: int = 1
     choices: int = 10  # places or forms whose numbers are refined
-    nearer: Callable | None = None  # theta -> a Family that looks closer round it
+    rough: bool = False  # of these numbers only the last one
+    nearer: Callable | None = None  # thetas, best first -> Families that look closer round some
     size: Callable | None = None  # theta -> how much of the effect it is, where choices may tie
 
 

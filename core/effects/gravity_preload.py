@@ -52,6 +52,7 @@ EFFECT = Effect(
     parameters=(),
     twins=(),
     settle="turn it over and film again: what stiffened now softens",
+    bends=True,
     change_model=change_model,
     families=families,
 )

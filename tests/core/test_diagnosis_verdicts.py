@@ -687,3 +687,23 @@ def test_a_body_that_nothing_known_explains_has_a_modulus_as_unsure_as_its_modes
     assert report["diagnosis"]["verdict"] == "unexplained"
     low, high = report["youngs_modulus"]["material"]["ci95"]
     assert low < truth["youngs_modulus"] < high
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [542492, 542495, 526545])
+def test_a_lump_is_found_where_it_sits_and_not_where_a_look_around_first_gets_stuck(seed, tmp_path):
+    """Far from it, on a soft seat near the pins or round a corner, others do nearly as well."""
+    truth = make("added_mass", seed, tmp_path)
+    (found,) = calibrate_case(tmp_path / "case.toml").report["diagnosis"]["effects"]
+    mass, place = (truth["parameters"]["added_mass"][name] for name in ("mass", "position"))
+    low, high = found["parameters"]["mass"]["ci95"]
+    assert found["name"] == "added_mass" and low < mass < high
+    assert found["parameters"]["mass"]["value"] == pytest.approx(mass, rel=0.15)
+    assert np.linalg.norm(np.subtract(found["parameters"]["position"]["value"], place)) < 0.003
+
+
+@pytest.mark.slow
+def test_a_change_of_the_body_does_not_stand_in_for_what_still_shows_in_time(tmp_path):
+    make("absent:pumped_stiffness", 526542, tmp_path)  # its side line is taken for a mode
+    report = calibrate_case(tmp_path / "case.toml").report
+    assert report["diagnosis"]["verdict"] == "unexplained"

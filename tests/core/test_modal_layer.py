@@ -67,10 +67,10 @@ def test_a_changed_body_has_the_pitches_of_the_whole_one(body, effect, values, t
         assert differ(family, (told(value),), changed) < 2e-3
 
 
-def sprung(model, place, mass, radius, k):
+def sprung(model, place, mass, radius, k, over_foot=True):
     """Pitches (6,) Hz and shapes (P, 3, 6) with a lump on a spring of k N/m, solved in full."""
     free = model.free
-    N = lump_operator(model, place[None], radius).toarray()[:, free]
+    N = lump_operator(model, place[None], radius, over_foot=over_foot).toarray()[:, free]
     K, M = (m[free][:, free].toarray() for m in (model.stiffness, model.mass))
     K = np.block([[K + k * N.T @ N, -k * N.T], [-k * N, k * np.eye(3)]])
     values, x = eigh(K, block_diag(M, mass * np.eye(3)), subset_by_index=[0, 5])
@@ -80,8 +80,8 @@ def sprung(model, place, mass, radius, k):
 
 
 @pytest.mark.parametrize("share", [0.03, 0.3, 1.5])
-@pytest.mark.parametrize("width", [0, 1])
-def test_a_body_with_a_lump_on_it_is_as_near_in_a_few_shapes(body, share, width):
+@pytest.mark.parametrize("sits", range(len(added_mass.SITS)))
+def test_a_body_with_a_lump_on_it_is_as_near_in_a_few_shapes(body, share, sits):
     """In the body's modes and what gives under the lump, at any of the places."""
     case = SimpleNamespace(takes=[SimpleNamespace(gravity=None)])
     bearer = added_mass.Bearer.of(
@@ -89,22 +89,28 @@ def test_a_body_with_a_lump_on_it_is_as_near_in_a_few_shapes(body, share, width)
     )
     on = [p for p in face_points(body.model) if not body.model.pinned[p]]
     places = body.model.points[np.random.default_rng(2).choice(on, 3, replace=False)]
-    search = added_mass.Search(places, np.log([share]), (0.5,), added_mass.WIDTHS, 0.01)
+    search = added_mass.Search(places, np.log([share]), (0.5,), added_mass.SITS, 0.01)
     family = added_mass._family(bearer, search)
-    radius = added_mass.WIDTHS[width] * lump_radius(bearer.mass * share)
+    seat = added_mass.SITS[sits]
+    radius = seat.width * lump_radius(bearer.mass * share)
     for n, place in enumerate(places):
-        theta = np.array([n, 0, width, np.log(0.5), np.log(share)])
+        theta = np.array([n, 0, sits, np.log(0.5), np.log(share)])
         K, M = family.matrices(theta)
         values, x = eigh(K, M, subset_by_index=[0, 5])
-        pitch, shapes = sprung(body.model, place, bearer.mass * share, radius, radius / 0.5)
+        pitch, shapes = sprung(
+            body.model, place, bearer.mass * share, radius, radius / 0.5, seat.over_foot
+        )
         assert np.sqrt(values) / (2 * np.pi) == pytest.approx(pitch, rel=1e-4)
         told = (family.basis @ (family.within(theta) @ x)).reshape(shapes.shape)
         for k in range(3):
             assert mac(told[:, :, k].ravel(), shapes[:, :, k].ravel()) > 0.999
 
 
+@pytest.mark.parametrize("sits", [(1.0, True, 0.5), (1.7, False, 0.02), (1.3, True, 0.02)])
 @pytest.mark.parametrize("place", [(0.1, 0.0225, 0.015), (0.07, 0.03, 0.005), (0.05, 0.0, 0.02)])
-def test_a_lump_is_found_where_it_sits_however_soft_its_seat_is(place):
+def test_a_lump_is_found_where_it_sits_however_it_does(place, sits):
+    """However wide its patch, whether it reaches over a rim, and however soft the seat is."""
+    width, over_foot, give = sits
     counts, size = STOCKY
     surface = box_surface(size)
     model = hold(
@@ -120,7 +126,8 @@ def test_a_lump_is_found_where_it_sits_however_soft_its_seat_is(place):
         seen=lambda data, shapes=modes.shapes: shapes[corners].reshape(36, -1).T,
     )  # fmt: skip
     mass, x, young = 0.1 * model.mesh.volume * 1000.0, np.array(place), 2e4
-    pitch, shapes = sprung(model, x, mass, lump_radius(mass), lump_radius(mass) / 2)
+    radius = width * lump_radius(mass)
+    pitch, shapes = sprung(model, x, mass, radius, radius / give, over_foot)
     shapes = one.seen(None, shapes)
     errors = np.full(6, 0.003), np.abs(shapes).max(axis=1, keepdims=True) * np.full((6, 36), 0.02)
     measured = Measured(pitch * np.sqrt(young), errors[0], shapes, errors[1])
@@ -132,8 +139,10 @@ def test_a_lump_is_found_where_it_sits_however_soft_its_seat_is(place):
     first = modes.shapes.reshape(-1, 16)
     families = added_mass.families(one, lambda m, n: improved(m, first[:, :n]))
     found = _fit(added_mass.EFFECT, families, ground)
-    assert found.told["mass"] == pytest.approx(mass, rel=0.08)
-    assert np.linalg.norm(found.told["position"] - x) < 0.2 * lump_radius(mass)
+    assert found.told["mass"] == pytest.approx(mass, rel=0.13)
+    masses = [told["mass"] for _, told, _ in found.near]
+    assert min(masses) < 1.03 * mass and max(masses) > 0.97 * mass
+    assert np.linalg.norm(found.told["position"] - x) < 0.3 * lump_radius(mass)
     assert found.hypothesis.modulus == pytest.approx(young, rel=0.02)
 
 
