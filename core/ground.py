@@ -50,7 +50,9 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     model_error = np.r_[model_error, np.full(len(further), sigma.max())]
     at = [*range(final.law.modes), *(one.at for one in further)]
     spread = np.sqrt(np.maximum(np.diag(final.covariance)[at], 0) * inflation(final))
-    bias = BIASED * max(moved(final, verdict.damped), _bent(final))
+    bias = BIASED * max(
+        moved(final, verdict.damped), _bent(final), *(_bent(one) for one in _twins(verdict))
+    )
     error = np.sqrt((UNSURE * spread) ** 2 + bias**2 + (0.5 * model_error) ** 2 + PITCH_FLOOR**2)
     middle, pair = split_modes.middle(final), final.law.setting.pair
     error[pair] = np.hypot(error[pair], split_modes.doubt(final))
@@ -147,6 +149,12 @@ def _bent(final: TimeFit) -> float:
         if effect.name == "asymmetric_stiffness"
     ]
     return float(np.log(max(told, default=1.0)) / 4)
+
+
+def _twins(verdict: Verdict) -> list[TimeFit]:
+    """What a recording does not tell from what was found, as it was fitted alone."""
+    names = {name for names in verdict.twins for name in names}
+    return [c.found for c in verdict.ranked if c.names[0] in names]
 
 
 def creeps(verdict: Verdict) -> bool:

@@ -707,3 +707,14 @@ def test_a_change_of_the_body_does_not_stand_in_for_what_still_shows_in_time(tmp
     make("absent:pumped_stiffness", 526542, tmp_path)  # its side line is taken for a mode
     report = calibrate_case(tmp_path / "case.toml").report
     assert report["diagnosis"]["verdict"] == "unexplained"
+
+
+@pytest.mark.slow
+def test_a_pitch_that_a_twin_moves_names_no_change_of_the_body(tmp_path):
+    """A strip that is stiffer one way creeps as well, for all that the record shows."""
+    truth = make("asymmetric_stiffness", 526544, tmp_path)
+    report = calibrate_case(tmp_path / "case.toml").report
+    (found,) = report["diagnosis"]["effects"]
+    assert "asymmetric_stiffness" in [found["name"], *found["twins"]]
+    low, high = report["youngs_modulus"]["material"]["ci95"]
+    assert low < truth["youngs_modulus"] < high
