@@ -20,7 +20,7 @@ LIMIT = 3.84  # rise of chi2 within which a parameter is not told from the best 
 NONE = 1e12  # cost of a body in which no mode is the measured one, for a search among numbers
 EDGED = 4  # choices, the best ones, from which it is looked for how far they go
 HALVINGS = 5  # of the step that looks for it
-RIVALS = 4.0  # of what the best choice costs, at most, that one costs round which it is looked for
+RIVALS = 4.0  # of what the best choice may cost, at most, that one costs which is kept beside it
 ITERATIONS = 3  # of a body's modes towards those of a changed one
 
 
@@ -35,7 +35,7 @@ class Suspect:
     evidence: float
     cost: float
     near: list  # (cost, report, (K,) Hz at 1 Pa) within the 95 % region
-    tried: list  # theta of every choice that was refined, the best one first
+    tried: list  # theta of each refined choice that comes near the best one, that one first
 
     @property
     def moduli(self) -> tuple[np.ndarray, np.ndarray]:
@@ -107,17 +107,18 @@ def _closer(effect: Effect, family: Family, ground: Ground, told: list) -> Suspe
     for closer in family.nearer(found.tried):
         there = found
         while closer.nearer and (nearer := _best(effect, closer, ground)):
-            there = nearer
-            told += there.near
-            (closer,) = closer.nearer(there.tried)
+            there = nearer if there is found else min(there, nearer, key=lambda one: one.cost)
+            told += nearer.near
+            (closer,) = closer.nearer(nearer.tried)
         ends.append((there, closer))
     best = min((there for there, _ in ends), key=lambda one: one.cost)
     equal = best.cost + _wide(best.hypothesis, ground) / LIMIT
-    _, last = min(
+    there, last = min(
         (end for end in ends if end[0].cost <= equal),
         key=lambda end: family.size(end[0].theta) if family.size else end[0].cost,
     )
-    return _closer(effect, last, ground, told) or best
+    end = _closer(effect, last, ground, told)
+    return end if end and end.cost <= equal else there
 
 
 def _wide(found: Hypothesis, ground: Ground) -> float:
@@ -137,7 +138,7 @@ def _best(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
     tried = [_refined(look, family, start) for start in _best_choices(family, costs)]
     tried = sorted(((look(theta)[1], theta) for theta in tried), key=lambda one: one[0])
     wide = _wide(look(tried[0][1])[0], ground)
-    if family.size is not None:  # of those that do equally well the least is the likeliest
+    if family.size and not family.nearer:  # of those that do equally well the least is likeliest
         equal = sum(c <= tried[0][0] + wide / LIMIT for c, _ in tried)
         least = min(tried[:equal], key=lambda one: family.size(one[1]))
         tried = [least, *(one for one in tried if one is not least)]
@@ -149,8 +150,8 @@ def _best(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
     level = min(c for c, _ in tried) + wide
     near = [*tried, *zip(costs, family.grid, strict=True)]
     if family.nearer is None:  # how far it goes in one choice depends on the choice
-        ends = [(t, cost + wide if t is theta else level) for c, t in tried if c < level]
-        near += [(level, edge) for one in ends[:EDGED] for edge in _edges(look, family, *one)]
+        ends = [t for c, t in tried if c < level][:EDGED]
+        near += [(level, edge) for one in ends for edge in _edges(look, family, one, level)]
     near = [
         (c, family.report(t, there.modulus), there.pitches)
         for c, t in near

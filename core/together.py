@@ -37,6 +37,7 @@ from .timefit import best_fit, walked
 
 BEAM, FITTING = 2, 3  # best single effects, held out too and where fitted, with a second beside
 FEW = 2  # modes: with more, so many places tie that the first swings tell nothing
+MANY = 20  # numbers searched, from which no search is cheap: a dozen further modes beside two
 TWOS = 10  # pairs that are begun
 FINALISTS = 6  # that go on to the end at most
 BEHIND = 1.5  # of the best pair's misfit, from which one does not go on
@@ -110,7 +111,7 @@ def _with_jumps(start: TimeFit, others: list[Candidate]) -> list:
 
 def _of_the_library(start: TimeFit) -> list[Candidate]:
     """Candidates of two effects that the library holds."""
-    if start.law.modes > FEW:
+    if start.law.modes > FEW or len(start.parameters) > MANY:
         return []
     known = [one for one in entries(start, TIME_EFFECTS) if one.promise.max() > PROMISE]
     strengths = [[o.begins[i] for i in unlike(o.effect, o.begins, o.promise)] for o in known]

@@ -25,16 +25,17 @@ PLACES = 60  # on the surface, far apart
 STARTS = 2  # of them, the best ones, around which it is looked for again
 NEAR = 8  # places around one, where it is
 MIDWAY = 3  # lumps there whose mass is looked for between the steps of a grid
-OUTER = 0.6  # of how far off it is looked for, from which it is looked for as far off again
+OUTER = 0.6  # of how far off it is looked for: where it is farther, it is looked for so once more
 WALKS = 3  # times at most that it is looked for as far off, before half as far
 WITHIN = 0.5  # of its patch's radius, nearer than which it counts how it sits
-CLOSE = 0.15  # the same, nearer than which it need not be looked for
+CLOSE = 0.15  # the same, of the last look
 AROUND = 24  # directions in which it is looked for there
+# how it may sit, once the place is nearly known
 SITS = (PLAIN, Seat(2.0, True), *(Seat(width, False) for width in (0.5, 1.25, 1.5, 2.0)))
 KEPT = 3  # of them, for the last look
 GIVES = (0.01, 0.5, 1.5, 3.0)  # of the seat, over that of the modulus times the patch's radius
 SOFTEST = 5.0  # of them
-HEAVIEST = 5.0  # times the body's own mass
+LIGHTEST, HEAVIEST = 1e-4, 5.0  # times the body's own mass
 STILL = 1e-6  # share of a hanging lump's inertia that is left across gravity
 
 
@@ -113,7 +114,7 @@ class Search:
     sizes: np.ndarray  # logarithms of masses over the body's
     gives: tuple
     sits: tuple[Seat, ...]
-    reach: float  # m, how far off it is looked for next
+    reach: float  # m, how far off the places lie; the first ones from one another
     first: bool = True
     walks: int = 0  # times that it was looked for so far off
     settled: bool = False  # how it sits counts
@@ -137,18 +138,19 @@ class Search:
         reach = self.reach / (1 if moved else 2)
         settles = not self.settled and reach < WITHIN * patch
         if settles or self.settled:
-            reach = (CLOSE if self.settled else WITHIN) * patch
+            reach = min(reach, (CLOSE if self.settled else WITHIN) * patch)
         around = _around(bearer.body.model.mesh, self.places[place], reach)
         centre = self.places[place][None]
+        sizes = mass + np.linspace(-1, 1, 5) * (0.25 if self.settled else 0.5)
         kept = tuple(dict.fromkeys(self.sits[int(one[2])] for one in thetas))[:KEPT]
         return Search(
             places=np.vstack([centre, _spread(around, NEAR)]) if len(around) else centre,
-            sizes=mass + np.linspace(-1, 1, 5) * (0.25 if self.settled else 0.5),
+            sizes=np.unique(np.clip(sizes, np.log(LIGHTEST), np.log(HEAVIEST))),
             gives=GIVES if self.settled else GIVES[::2],
             sits=kept if self.settled else SITS if settles else SITS[:1],
             reach=reach,
             first=False,
-            walks=self.walks + 1 if moved else 0,
+            walks=self.walks + 1 if moved else 1,
             settled=settles,
             last=self.settled,
         )
@@ -211,7 +213,7 @@ def _family(bearer: Bearer, search: Search) -> Family:
     grid = np.array(
         list(product(places, hangs, range(len(radii)), np.log(search.gives), search.sizes))
     )
-    low = np.array([0, 0, 0, np.log(GIVES[0]), np.log(1e-4)])
+    low = np.array([0, 0, 0, np.log(GIVES[0]), np.log(LIGHTEST)])
     high = np.array([len(places) - 1, 1, len(radii) - 1, np.log(SOFTEST), np.log(HEAVIEST)])
     return Family(
         basis, matrices, grid, low, high, report, weight, within=within,

@@ -694,7 +694,9 @@ def test_a_body_that_nothing_known_explains_has_a_modulus_as_unsure_as_its_modes
 def test_a_lump_is_found_where_it_sits_and_not_where_a_look_around_first_gets_stuck(seed, tmp_path):
     """Far from it, on a soft seat near the pins or round a corner, others do nearly as well."""
     truth = make("added_mass", seed, tmp_path)
-    (found,) = calibrate_case(tmp_path / "case.toml").report["diagnosis"]["effects"]
+    diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
+    (found,) = diagnosis["effects"]
+    assert diagnosis["verdict"] == "explained"
     mass, place = (truth["parameters"]["added_mass"][name] for name in ("mass", "position"))
     low, high = found["parameters"]["mass"]["ci95"]
     assert found["name"] == "added_mass" and low < mass < high

@@ -106,7 +106,27 @@ def test_a_body_with_a_lump_on_it_is_as_near_in_a_few_shapes(body, share, sits):
             assert mac(told[:, :, k].ravel(), shapes[:, :, k].ravel()) > 0.999
 
 
-@pytest.mark.parametrize("sits", [(1.0, True, 0.5), (1.7, False, 0.02), (1.3, True, 0.02)])
+def test_a_lump_is_sought_around_places_that_lie_apart_and_no_heavier_than_it_may_be(body):
+    one = SimpleNamespace(model=body.model, modes=body.modes, bare=body.model)
+    bearer = added_mass.Bearer.of(one)
+    on = body.model.points[face_points(body.model)]
+    reach, away = np.ptp(on, axis=0).max() / 4, np.linalg.norm(on - on[0], axis=1)
+    places = on[[0, int(np.argsort(away)[1]), int(np.argmax(away))]]
+    heavy = np.log(added_mass.HEAVIEST)
+    lumps = [np.array([n, 0, 0, 0.0, heavy]) for n in (0, 1, 2)]
+    rigid, plain = added_mass.GIVES[:1], added_mass.SITS[:1]
+    search = added_mass.Search(places, np.zeros(1), rigid, plain, reach)
+    assert [lump[0] for lump in search.chosen(lumps)] == [0, 2]
+    closer = search.around(bearer, lumps[2:])
+    assert np.allclose(closer.places[0], places[2])
+    assert closer.sizes.max() == pytest.approx(heavy) and closer.sizes.min() < heavy
+    off = np.linalg.norm(closer.places[1:] - places[2], axis=1)
+    assert (off > closer.reach / 4).all() and closer.reach <= reach
+
+
+@pytest.mark.parametrize(
+    "sits", [(1.0, True, 2.0), (1.0, True, 0.5), (1.7, False, 0.02), (1.3, True, 0.02)]
+)
 @pytest.mark.parametrize("place", [(0.1, 0.0225, 0.015), (0.07, 0.03, 0.005), (0.05, 0.0, 0.02)])
 def test_a_lump_is_found_where_it_sits_however_it_does(place, sits):
     """However wide its patch, whether it reaches over a rim, and however soft the seat is."""
@@ -139,10 +159,12 @@ def test_a_lump_is_found_where_it_sits_however_it_does(place, sits):
     first = modes.shapes.reshape(-1, 16)
     families = added_mass.families(one, lambda m, n: improved(m, first[:, :n]))
     found = _fit(added_mass.EFFECT, families, ground)
-    assert found.told["mass"] == pytest.approx(mass, rel=0.13)
+    known = sits[0] == 1.0  # how it sits is among what is looked for
+    assert found.told["mass"] == pytest.approx(mass, rel=0.08 if known else 0.13)
     masses = [told["mass"] for _, told, _ in found.near]
     assert min(masses) < 1.03 * mass and max(masses) > 0.97 * mass
-    assert np.linalg.norm(found.told["position"] - x) < 0.3 * lump_radius(mass)
+    off = np.linalg.norm(found.told["position"] - x) / lump_radius(mass)
+    assert off < (0.2 if known else 0.3)
     assert found.hypothesis.modulus == pytest.approx(young, rel=0.02)
 
 
