@@ -138,7 +138,7 @@ def _best(effect: Effect, family: Family, ground: Ground) -> Suspect | None:
     tried = [_refined(look, family, start) for start in _best_choices(family, costs)]
     tried = sorted(((look(theta)[1], theta) for theta in tried), key=lambda one: one[0])
     wide = _wide(look(tried[0][1])[0], ground)
-    if family.size and not family.nearer:  # of those that do equally well the least is likeliest
+    if family.size:  # of those that do equally well the least is the likeliest
         equal = sum(c <= tried[0][0] + wide / LIMIT for c, _ in tried)
         least = min(tried[:equal], key=lambda one: family.size(one[1]))
         tried = [least, *(one for one in tried if one is not least)]
