@@ -164,7 +164,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     best, left = good[0], leaves(with_it, before, free)
     outweighed = _outweighs(before, free, verdict)
     clear = verdict.verdict != "unexplained" or outweighed
-    astray = strays(verdict.final, ASTRAY if best.effect.bends else FAR_OFF)
+    astray = strays(verdict.final, ASTRAY if best.effect.nonlinear else FAR_OFF)
     clear = clear and mended and not astray
     fits = left <= LEFT and best.hypothesis.chi2 < CLEAR * pieces
     found = "explained" if clear and fits else "unexplained"

@@ -37,7 +37,7 @@ from .timefit import best_fit, walked
 
 BEAM, FITTING = 2, 3  # best single effects, held out too and where fitted, with a second beside
 FEW = 2  # modes: with more, so many places tie that the first swings tell nothing
-MANY = 20  # numbers searched, from which no search is cheap: a dozen further modes beside two
+MANY = 20  # numbers searched, above which no search is cheap: six further modes beside two
 TWOS = 10  # pairs that are begun
 FINALISTS = 6  # that go on to the end at most
 BEHIND = 1.5  # of the best pair's misfit, from which one does not go on

@@ -141,7 +141,7 @@ class Effect:
     rival: Callable | None = None  # (TimeFit) -> a plainer Effect that must do worse, or None
     requires: Callable | None = None  # (setting, takes) -> reason why not, or ""
     change_model: Callable | None = None  # modal layer
-    bends: bool = False  # modal: the body's stiffness goes with its swing, which modes do not say
+    nonlinear: bool = False  # modal: its stiffness changes with the swing, which no mode can say
     nothing: tuple[str, float] | None = None  # modal: the parameter, and its value without effect
     families: Callable | None = None  # modal layer: (body, solve) -> Families, each in turn
 

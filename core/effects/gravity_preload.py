@@ -52,7 +52,7 @@ EFFECT = Effect(
     parameters=(),
     twins=(),
     settle="turn it over and film again: what stiffened now softens",
-    bends=True,
+    nonlinear=True,
     change_model=change_model,
     families=families,
 )
