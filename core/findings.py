@@ -10,7 +10,7 @@ from .body_error import body_error, leaves, mends, misleads
 from .camera_layer import camera_effects
 from .compare import PIECES, Hypothesis, Measured
 from .dac import SURE
-from .ground import Ground, creeps, ground_of, moved, softer
+from .ground import Ground, ground_of, moved
 from .joint import Heard
 from .law import TimeFit
 from .match import PAIR
@@ -20,6 +20,7 @@ from .residual import Error, errors
 from .stranger import strangers, told
 from .sufficiency import ASTRAY, CLEARLY, FAR_OFF, gained, strays
 from .turned import weighs
+from .twins import creeps, softer
 from .unmatched import acts
 from .verdict import Verdict
 

@@ -9,12 +9,13 @@ from .body import Body
 from .camera_layer import true_frequency
 from .channels import Channels
 from .compare import PITCH_FLOOR, SHAPE_FLOOR, Hypothesis, Measured, compare, rematched
-from .effects import relaxation, split_modes
+from .effects import split_modes
 from .elasticity import gravity_force, static
 from .joint import Heard
 from .law import TimeFit, replace
 from .match import PAIR
-from .parameters import as_fitted, inflation, parameters
+from .parameters import inflation
+from .twins import bent, creeps, softer, twins
 from .unmatched import further_modes, of_the_body, unfolded_mode
 from .verdict import Verdict
 
@@ -51,7 +52,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     at = [*range(final.law.modes), *(one.at for one in further)]
     spread = np.sqrt(np.maximum(np.diag(final.covariance)[at], 0) * inflation(final))
     bias = BIASED * max(
-        moved(final, verdict.damped), _bent(final), *(_bent(one) for one in _twins(verdict))
+        moved(final, verdict.damped), bent(final), *(bent(one) for one in twins(verdict))
     )
     error = np.sqrt((UNSURE * spread) ** 2 + bias**2 + (0.5 * model_error) ** 2 + PITCH_FLOOR**2)
     middle, pair = split_modes.middle(final), final.law.setting.pair
@@ -139,39 +140,3 @@ def _blurred(heard: Heard, final: TimeFit, true: np.ndarray) -> np.ndarray:
 def moved(final: TimeFit, declared: TimeFit) -> float:
     """The most, relatively, that the effects in time moved a pitch by."""
     return float(np.abs(np.log(final.frequency / declared.frequency)).max())
-
-
-def _bent(final: TimeFit) -> float:
-    """How far the pitches of the two sides of an uneven stiffness lie from their middle."""
-    told = [
-        parameters(final, i)["ratio"]["value"]
-        for i, effect in enumerate(final.law.effects)
-        if effect.name == "asymmetric_stiffness"
-    ]
-    return float(np.log(max(told, default=1.0)) / 4)
-
-
-def _twins(verdict: Verdict) -> list[TimeFit]:
-    """What a recording does not tell from what was found, as it was fitted alone."""
-    names = {name for names in verdict.twins for name in names}
-    return [c.found for c in verdict.ranked if c.names[0] in names]
-
-
-def creeps(verdict: Verdict) -> bool:
-    """Whether something moves the mean that may be a creep, which goes on after the recording."""
-    there = [effect.name for effect in verdict.final.law.effects]
-    return "relaxation" in [*there, *(t for ts in verdict.twins for t in ts)]
-
-
-def softer(final: TimeFit) -> tuple[float, float]:
-    """Static over dynamic stiffness where a relaxation was found, and the least that it may be."""
-    shapes = final.column_shapes()
-    for i, effect in enumerate(final.law.effects):
-        if effect.name == "relaxation":
-            returned = relaxation.returns(as_fitted(final), shapes[i])
-            stiff, time = relaxation.branches(final.theta[i][0], returned)
-            turns = (2 * np.pi * final.frequency[0] * time) ** 2
-            follows = (stiff * turns / (1 + turns)).sum() / max(stiff.sum(), 1e-300)
-            told = parameters(final, i)["ratio"]
-            return tuple(1 / (1 + ratio * follows) for ratio in (told["value"], told["ci95"][1]))
-    return 1.0, 1.0
