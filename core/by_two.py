@@ -17,6 +17,7 @@ from .together import pairs
 from .verdict import Verdict, partly, twins_of
 
 SHOWN = 0.3  # share of the excess that a part of what stays unexplained takes, held out too
+MOSTLY = 0.6  # share where it was fitted, from which it need but do no harm ahead
 LEADING = 2  # best two of two effects, from which each of them alone is sought again
 
 
@@ -76,7 +77,8 @@ def _parts(chain, found: list[Candidate], singles: tuple) -> Verdict:
 
 def _shows(part: Candidate) -> bool:
     """Whether it surely takes so much that it is a part of what was off."""
-    much = part.share > SHOWN and not part.held_share < SHOWN
+    ahead = 0.0 if part.share > MOSTLY else SHOWN
+    much = part.share > SHOWN and not part.held_share < ahead
     return much and part.evidence > EVIDENCE
 
 

@@ -8,11 +8,13 @@ from .match import SPLIT
 from .refit import led, swapped, without
 from .residual import EVIDENCE, NOISY, SHARE, pays
 from .settle import displaced
-from .timefit import best_fit, extend, misfits
+from .timefit import best_fit, extend, misfits, walked
 
+LOOKS = 20  # of a search
 FORCE = 0.5  # of what that motion leaves, that the force must take to be one
 LEFT = 3.0  # misfit per sample: a free motion that leaves more may stand for anything
 HINT = 0.5  # of that, which its columns could take before anything is searched
+FIRST, HOPE = 6, 2.0  # looks after which one that leaves so many times that is given up
 FURTHER = (0.02, 0.06)  # beyond the gap, from where a pair that is split further is sought
 
 
@@ -69,8 +71,8 @@ def across(found: TimeFit) -> TimeFit:
     effect = _crossing(law)
     if not _hinted(found, effect):
         return found
-    wider = _wider(found, effect)
-    if wider.chi2 > LEFT * wider.samples or not pays(wider, found):
+    wider = _in_hope(found, effect, LEFT * found.samples)
+    if wider is None or not pays(wider, found):
         return found
     wider = led(wider)
     bare = without(wider, len(law.effects))  # what swings across may tell all by itself
@@ -86,10 +88,26 @@ def _crossing(law: Law):
     return crossing(law.setting.pair, law.setting.pair_gap)
 
 
-def _wider(found: TimeFit, effect, evaluations: int = 20) -> TimeFit:
+def _wider(found: TimeFit, effect) -> TimeFit:
+    law, starts = _begun(found, effect)
+    return best_fit(law, starts, evaluations=LOOKS)
+
+
+def _in_hope(found: TimeFit, effect, most: float) -> TimeFit | None:
+    """The same; None where it leaves more than that, or by its first looks far more."""
+    law, starts = _begun(found, effect)
+    walks = walked(law, starts, (1.0,), FIRST)
+    if walks[0][2] > HOPE * most:
+        return None
+    wider = best_fit(law, np.array([p for p, _, _ in walks]), evaluations=LOOKS - FIRST)
+    return None if wider.chi2 > most else wider
+
+
+def _begun(found: TimeFit, effect) -> tuple[Law, np.ndarray]:
+    """The law with the effect as well, and where a search for it begins (S, p)."""
     starts = effect.starts(found.law.setting, None)
     tries = [extend(found, (effect,), [start]) for start in starts]
-    return best_fit(tries[0][0], np.array([p for _, p in tries]), evaluations=evaluations)
+    return tries[0][0], np.array([p for _, p in tries])
 
 
 def _hinted(found: TimeFit, effect) -> bool:
@@ -97,8 +115,6 @@ def _hinted(found: TimeFit, effect) -> bool:
 
     Beside it the mode's own shape may be other than its reference asks for; a search mends that.
     """
-    starts = effect.starts(found.law.setting, None)
-    tries = [extend(found, (effect,), [start]) for start in starts]
-    left = misfits(tries[0][0], np.array([p for _, p in tries]), found.samples).min()
+    left = misfits(*_begun(found, effect), found.samples).min()
     before = (found.residuals[: found.samples] ** 2).sum()
     return before - left > HINT * SHARE * (found.chi2 - found.samples)

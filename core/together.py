@@ -35,7 +35,8 @@ from .time_layer import (
 )
 from .timefit import best_fit, walked
 
-BEAM, FITTING = 2, 3  # best single effects, held out too and where fitted, with a second beside
+BEAM = 2  # best single effects, held out too and where fitted, with a second beside
+CHEAPLY = 3  # of the latter where a search is cheap
 FEW = 2  # modes: with more, so many places tie that the first swings tell nothing
 MANY = 20  # numbers searched, above which no search is cheap: six further modes beside two
 TWOS = 10  # pairs that are begun
@@ -68,7 +69,8 @@ def _beside(start: TimeFit, ranked: list[Candidate], known: dict):
     """Candidates of the best single effects and what shows beside each."""
     strong = [single for single in ranked if single.evidence >= EVIDENCE]
     fitting = sorted(strong, key=lambda single: bic(single.found))
-    first = list(dict.fromkeys([*strong[:BEAM], *fitting[:FITTING]]))
+    most = BEAM if len(start.parameters) > MANY else CHEAPLY
+    first = list(dict.fromkeys([*strong[:BEAM], *fitting[:most]]))
     new = [single for single in first if single.found not in known]
     beside = list(zip(new, seconds(new, [start] * len(new), start), strict=True))
     for single in first:
