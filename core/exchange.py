@@ -23,6 +23,8 @@ from .timefit import best_fit, misfits, walked
 
 RUNNERS = 2  # starting places of a twin that are fitted
 LOOKS, FIRST = 20, 8  # of a twin, and those by which one that must leave nothing shows promise
+SHARES = (0.3, 0.6)  # of the record, on which one begins that bends a pitch otherwise
+SEEN = 6  # starting places that are looked at on the first of them
 HOPE = 1.5  # of the best one's misfit, that it leaves then at most
 
 
@@ -83,24 +85,30 @@ def _instead(found: TimeFit, at: int, effect: Effect) -> TimeFit | None:
 
 
 def _put(found: TimeFit, effect: Effect) -> TimeFit:
-    """The best fit with `effect` in the last one's place."""
-    law, starts = _begun(found, effect)
-    return best_fit(law, starts, evaluations=LOOKS)
+    """The best fit with `effect` in the last one's place, begun where that stands and, where its
+    pitches would slip, on growing shares of the record.
+    """
+    law, near, starts = _begun(found, effect)
+    if effect.marched:
+        first = walked(law, starts, SHARES[:1], 0, SEEN)
+        led = walked(law, [p for p, _, _ in first], SHARES, FIRST, RUNNERS)
+        near = np.vstack([near, *(p for p, _, _ in led)])
+    return best_fit(law, near, evaluations=LOOKS)
 
 
 def _put_in_hope(found: TimeFit, effect: Effect, most: float) -> TimeFit | None:
     """The same; None where after the first looks that leaves more than `most`."""
-    law, starts = _begun(found, effect)
+    law, starts, _ = _begun(found, effect)
     walks = walked(law, starts, (1.0,), FIRST)
     if walks[0][2] > most:
         return None
     return best_fit(law, np.array([p for p, _, _ in walks]), evaluations=LOOKS - FIRST)
 
 
-def _begun(found: TimeFit, effect: Effect) -> tuple[Law, np.ndarray]:
-    """The law with `effect` in the last one's place, and the few best starts."""
+def _begun(found: TimeFit, effect: Effect) -> tuple[Law, np.ndarray, np.ndarray]:
+    """The law with `effect` in the last one's place, the few best starts, and all."""
     ways = (1.0, -1.0) if effect.scales else (1.0,)
     begins = [(way * b[0], *b[1:]) if effect.scales else b
               for way in ways for b in begins_of(effect, found, None)]  # fmt: skip
     law, starts = swapped(found, effect, begins)
-    return law, starts[np.argsort(misfits(law, starts, found.samples))[:RUNNERS]]
+    return law, starts[np.argsort(misfits(law, starts, found.samples))[:RUNNERS]], starts

@@ -167,7 +167,7 @@ def _ranked(best: dict) -> list[Candidate]:
 
 
 def stands_in(candidate: Candidate, others: list[Candidate]) -> bool:
-    """Whether a line at a pitch stands in for a rub that tells as much of what was fitted.
+    """Whether a line at a pitch stands in for a rub that tells as much of what was fitted, or all.
 
     Swings that a rub ends in a straight line are nearly an exponential and a line that it meets.
     """
@@ -176,7 +176,7 @@ def stands_in(candidate: Candidate, others: list[Candidate]) -> bool:
     rather = {"dry_friction" if n == "steady_drive" else n for n in candidate.names}
     return any(
         set(c.names) == rather
-        and bic(c.found) <= bic(candidate.found)
+        and (bic(c.found) <= bic(candidate.found) or c.found.chi2 < NOISY * c.found.samples)
         and not c.held_share < NEARLY
         for c in others
     )
@@ -210,14 +210,19 @@ def _again(asked: list) -> list[list[Candidate]]:
 
 
 def _anew(one: Try) -> list[Try]:
-    """The search from all strengths on the whole record, for two modes close together make a short
-    part of it look like what it is not; and from where the damping is less, if the effect damps.
+    """The search from all strengths, for two modes close together make a short part of the record
+    look like what it is not; and from where the damping is less, if the effect damps.
     """
-    out = [replace(one, runners=len(one.begins), horizons=(1.0,))]
+    out = [_from_all(one)]
     if one.effect.damps and one.start.law.damping != "none":
         outset = lighter(one.start)
         out += [replace(one, outset=outset)] if outset is not one.start else []
     return out
+
+
+def _from_all(one: Try) -> Try:
+    """The search from all strengths on the whole record."""
+    return replace(one, runners=len(one.begins), horizons=(1.0,))
 
 
 def _chosen(start: TimeFit, most: int) -> list[Try]:
@@ -239,18 +244,36 @@ def _chosen(start: TimeFit, most: int) -> list[Try]:
 
 def _ended(going: list[tuple[Try, Begun]], anew: bool = True) -> list:
     """(Try, fit or None where it is vetoed, whether it is outdone) of each search, at its end; see
-    `ended`.
+    `ended`. One that led by half of the record and came to nothing is made anew.
     """
 
     def tried(one, begun):
         found = ended(one, begun, anew)
         return None if found is None or vetoed(found) else (found, outdone(found))
 
-    done = in_step_by_parts(
-        [partial(tried, *pair) for pair in going],
-        strides=[one.strides for one, _ in going],
-    )
+    def all_of(pairs):
+        return in_step_by_parts(
+            [partial(tried, *pair) for pair in pairs],
+            strides=[one.strides for one, _ in pairs],
+        )
+
+    done = all_of(going)
+    failed = [n for n in _leaders(going) if done[n] is None] if anew else []
+    again = begun_all([_from_all(going[n][0]) for n in failed])
+    for n, found in zip(failed, all_of(again), strict=True):
+        done[n] = found
     return [(one, *(some or (None, False))) for (one, _), some in zip(going, done, strict=True)]
+
+
+def _leaders(going: list[tuple[Try, Begun]]) -> list[int]:
+    """Numbers of the searches with a march that leave the least by half of the record, of those
+    from the same fit.
+    """
+    least = {}
+    for n, (one, begun) in enumerate(going):
+        if one.effect.marched and np.isfinite(begun.misfit):
+            least.setdefault(one.start, []).append((begun.misfit, n))
+    return [min(some)[1] for some in least.values()]
 
 
 def refuted(found: TimeFit) -> bool:
