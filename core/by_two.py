@@ -11,13 +11,13 @@ from .law import TimeFit
 from .ready import polished, to_their_end
 from .refit import turned, without
 from .side_by_side import in_step_by_parts
-from .sufficiency import ENOUGH_BOTH, adds, one_of, strays, sufficient
+from .sufficiency import ENOUGH_BOTH, adds, bends_the_body, one_of, strays, sufficient
 from .time_layer import EVIDENCE, Candidate, judge, refuted, vetoed
 from .together import pairs
 from .verdict import Verdict, partly, twins_of
 
-SHOWN = 0.3  # share of the excess that a part of what stays unexplained takes, held out too
-MOSTLY = 0.6  # share where it was fitted, from which it need but do no harm ahead
+SHOWN = 0.3  # share of the excess, here and ahead, that a part of what stays unexplained takes
+MOSTLY = 0.6  # share where it was fitted, from which a part need but do no harm ahead
 LEADING = 2  # best two of two effects, from which each of them alone is sought again
 
 
@@ -35,6 +35,8 @@ def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
     both = _stand([c for c in found if sufficient(c, ENOUGH_BOTH)])
     if both and is_broken(declared, both[0]):
         return Verdict("unexplained", chain, (), (), ranked, ())
+    if both and _needs_another_body(found, both[0]):
+        both = []
     least = strong[0].evidence if strong else 0.0
     one = one_of(declared, both[0].found, over, least) if both else None
     if one and weakens(declared, one):
@@ -54,6 +56,14 @@ def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
         rivals = nearly if strays(both[0].found) else both
         return unless_it_weakens(_two(chain, both[0], rivals, ranked, able), [*strong, *able])
     return _parts(chain, found, (able, ranked, strong))
+
+
+def _needs_another_body(found: list[Candidate], best: Candidate) -> bool:
+    """Whether two effects that tell clearly more than the `best` ones which may be the explanation
+    do so in another body: then these are none.
+    """
+    more = [c for c in found if c.evidence > best.evidence + EVIDENCE]
+    return any(bends_the_body(c.found) for c in _stand(more)[:1])
 
 
 def _parts(chain, found: list[Candidate], singles: tuple) -> Verdict:

@@ -167,6 +167,8 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
         told = _takes_most(both, alone)
     if told and alone and not _lacks(alone):  # all that one leaves, or nothing
         told = _does_more(both, alone)
+    if both.verdict == "unexplained" and both.effects and alone and _lacks(alone):
+        told = _pair(both, alone).evidence > EVIDENCE  # none explains: the likelier parts
     return both if alone is None or told else alone
 
 
@@ -191,9 +193,14 @@ def _does_more(both: Verdict, alone: Verdict) -> bool:
 
 def _takes_most(both: Verdict, alone: Verdict) -> bool:
     """Whether what was found together takes most of what the other leaves."""
-    pair = judge(tuple(c.names[0] for c in both.effects), both.final, alone.final)
+    pair = _pair(both, alone)
     material = gained(alone.final, both.final) >= MATERIAL and pair.evidence > EVIDENCE
     return material and pair.share > MOST and not pair.held_share < MOST
+
+
+def _pair(both: Verdict, alone: Verdict) -> Candidate:
+    """What was found together, beside the fit with the other."""
+    return judge(tuple(c.names[0] for c in both.effects), both.final, alone.final)
 
 
 def _add_second(chain, strong: list[Candidate], ranked, over: float) -> tuple[Verdict, dict]:

@@ -14,17 +14,18 @@ from .effects import TIME_EFFECTS
 from .effects.base import Effect
 from .effects.further_mode import ran_off
 from .law import Law, TimeFit
+from .race import unlike
 from .refit import swapped, turned
 from .residual import NOISY, QUIET
 from .side_by_side import in_step_by_parts
 from .sufficiency import ENOUGH
 from .time_layer import Candidate, able, begins_of, judge, refuted, stands_in
-from .timefit import best_fit, misfits, walked
+from .timefit import at_first, best_fit, misfits, walked
 
 RUNNERS = 2  # starting places of a twin that are fitted
-LOOKS, FIRST = 20, 8  # of a twin, and those by which one that must leave nothing shows promise
-SHARES = (0.3, 0.6)  # of the record, on which one begins that bends a pitch otherwise
-SEEN = 6  # starting places that are looked at on the first of them
+LOOKS, FIRST = 20, 8  # of a twin, and its first ones, or those on each share of the record
+SHARES = (0.3, 0.6)  # of the record, on which a force begins that may bend a pitch otherwise
+SEEN = 6  # strengths, the best on the first of them at its best place, with which it is sought
 HOPE = 1.5  # of the best one's misfit, that it leaves then at most
 
 
@@ -85,21 +86,23 @@ def _instead(found: TimeFit, at: int, effect: Effect) -> TimeFit | None:
 
 
 def _put(found: TimeFit, effect: Effect) -> TimeFit:
-    """The best fit with `effect` in the last one's place, begun where that stands and, where its
-    pitches would slip, on growing shares of the record.
+    """The best fit with `effect` in the last one's place, begun where that stands and, if it is a
+    force, on growing shares of the record as well, for on the whole its pitches may slip.
     """
     law, near, starts = _begun(found, effect)
     if effect.marched:
-        first = walked(law, starts, SHARES[:1], 0, SEEN)
-        led = walked(law, [p for p, _, _ in first], SHARES, FIRST, RUNNERS)
+        at = len(found.parameters) - len(found.theta[-1][0])
+        begins = [tuple(p[at:]) for p in starts]
+        first = unlike(effect, begins, -at_first(law, starts, SHARES[0]))[:SEEN]
+        led = walked(law, starts[first], SHARES, FIRST, RUNNERS)
         near = np.vstack([near, *(p for p, _, _ in led)])
     return best_fit(law, near, evaluations=LOOKS)
 
 
 def _put_in_hope(found: TimeFit, effect: Effect, most: float) -> TimeFit | None:
     """The same; None where after the first looks that leaves more than `most`."""
-    law, starts, _ = _begun(found, effect)
-    walks = walked(law, starts, (1.0,), FIRST)
+    law, near, _ = _begun(found, effect)
+    walks = walked(law, near, (1.0,), FIRST)
     if walks[0][2] > most:
         return None
     return best_fit(law, np.array([p for p, _, _ in walks]), evaluations=LOOKS - FIRST)

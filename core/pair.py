@@ -14,7 +14,7 @@ LOOKS = 20  # of a search
 FORCE = 0.5  # of what that motion leaves, that the force must take to be one
 LEFT = 3.0  # misfit per sample: a free motion that leaves more may stand for anything
 HINT = 0.5  # of that, which its columns could take before anything is searched
-FIRST, HOPE = 6, 2.0  # looks after which one that leaves so many times that is given up
+FIRST, HOPE = 6, 2.0  # looks after which one that leaves so many times LEFT is given up
 FURTHER = (0.02, 0.06)  # beyond the gap, from where a pair that is split further is sought
 
 
@@ -56,7 +56,7 @@ def _parts(wider: TimeFit, freer, gap: float) -> bool:
         return False
     begins = [theta, *(np.r_[way * (gap + more), theta[1:]] for way in (-1, 1) for more in FURTHER)]
     law, starts = swapped(wider, freer, begins)
-    return best_fit(law, starts, evaluations=20).chi2 < wider.chi2 - EVIDENCE
+    return best_fit(law, starts, evaluations=LOOKS).chi2 < wider.chi2 - EVIDENCE
 
 
 def across(found: TimeFit) -> TimeFit:
@@ -89,12 +89,13 @@ def _crossing(law: Law):
 
 
 def _wider(found: TimeFit, effect) -> TimeFit:
+    """The fit with the effect as well."""
     law, starts = _begun(found, effect)
     return best_fit(law, starts, evaluations=LOOKS)
 
 
 def _in_hope(found: TimeFit, effect, most: float) -> TimeFit | None:
-    """The same; None where it leaves more than that, or by its first looks far more."""
+    """The same; None where it leaves more than `most`, or by its first looks far more."""
     law, starts = _begun(found, effect)
     walks = walked(law, starts, (1.0,), FIRST)
     if walks[0][2] > HOPE * most:

@@ -40,7 +40,7 @@ from .tell import (
     told_without,
 )
 from .tets import kept_or_cut, key, save_tets
-from .twins import modulus_span
+from .twins import twins_span
 from .verdict import Verdict
 from .weight import carries_weight, with_weight
 
@@ -177,7 +177,8 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
         pitch = pitch * split_modes.middle(final)
         spread = np.hypot(spread, pitch * split_modes.doubt(final))
     found = apparent(pitch / stiffer, spread / stiffer, findings.mesh_frequency(mesh_frequency, j))
-    less, more = np.multiply(findings.modulus_span(j), modulus_span(verdict, k))
+    span = twins_span(verdict, k, partial(true_frequency, heard))
+    less, more = np.multiply(findings.modulus_span(j), span)
     low = found.low * less * findings.stiffer / findings.stiffest
     found = replace(found, low=low, high=found.high * more)
 

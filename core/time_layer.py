@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 
+from .baseline import PLACES
 from .effects import TIME_EFFECTS, steady_drive
 from .effects.base import Effect
 from .law import TimeFit
@@ -25,10 +26,10 @@ from .timefit import fit, screen
 EVIDENCE = 20.0  # least gain in BIC (Kass and Raftery 1995 call 10 very strong)
 MATERIAL = 0.005  # least share of the motion's RMS
 NEARLY = 0.80  # of the best one's gain makes a twin
+SAME = 0.99  # of a line's gain, with which a rub tells as much
 PROMISE = 8.0  # least gain in chi2 that a score test must see before an effect is fitted
 FEEBLE = 0.2  # the same over what a quiet fit leaves beyond noise
 SETTLED = 0.95  # share of the excess from which what comes later gets one start only
-BEGUN = 7  # places that a fit begins from: the marker and the six farthest apart on the body
 FIRSTS, BESIDE = 10, 4  # names that are tried alone, and beside another one, at most
 AT_ONCE = 2  # the most promising effects, which race each other only and may settle the rest
 MOSTLY, BETTER = 0.6, 0.9  # share that the best one must take, misfit that it leaves then
@@ -98,11 +99,13 @@ def entries(start: TimeFit, effects) -> list[Try]:
 
 
 def begins_of(effect: Effect, start: TimeFit, residual) -> list:
-    """Where a search for an effect may begin: of a force, at each of some places on the body."""
+    """Where a search for an effect may begin: of a force, at each of many places on the body, for
+    from a few of them on a rub on many modes goes astray.
+    """
     begins = effect.starts(start.law.setting, residual)
     if not effect.force:
         return begins
-    places = start.law.setting.places[:BEGUN]
+    places = start.law.setting.places[:PLACES]
     return list(dict.fromkeys((*b, *place) for b in begins for place in places))
 
 
@@ -113,11 +116,12 @@ def singles(start: TimeFit, against: TimeFit | None = None) -> tuple[list[Candid
     chosen = _chosen(start, FIRSTS)
     best, left = {}, []
     for some in (chosen[:AT_ONCE], chosen[AT_ONCE:]):
-        if any(c.share > SETTLED for c in best.values()):
+        settled = any(c.share > SETTLED for c in best.values())
+        if settled:
             some = [replace(one, runners=1) for one in some]
         going, others = worth(begun_all(some))
         left += others
-        _gather(best, _ended(going), against or start)
+        _gather(best, (_ended if settled else _ended_at_last)(going), against or start)
     return _again([(_ranked(best), chosen, against or start)])[0], left
 
 
@@ -140,7 +144,7 @@ def seconds(
     """
     chosen = in_step_by_parts([partial(_chosen, first.found, BESIDE) for first in firsts])
     going, _ = worth(begun_all([one for some in chosen for one in some]), bare)
-    done = _ended(going)
+    done = _ended_at_last(going)
     out = []
     for first, some, declared in zip(firsts, chosen, against, strict=True):
         best = {}
@@ -176,10 +180,15 @@ def stands_in(candidate: Candidate, others: list[Candidate]) -> bool:
     rather = {"dry_friction" if n == "steady_drive" else n for n in candidate.names}
     return any(
         set(c.names) == rather
-        and (bic(c.found) <= bic(candidate.found) or c.found.chi2 < NOISY * c.found.samples)
+        and (bic(c.found) <= bic(candidate.found) or _tells_all(c, candidate))
         and not c.held_share < NEARLY
         for c in others
     )
+
+
+def _tells_all(rub: Candidate, line: Candidate) -> bool:
+    """Whether a rub leaves noise, or hardly more, and the line that little less."""
+    return rub.found.chi2 < NOISY * rub.found.samples and rub.evidence > SAME * line.evidence
 
 
 def _again(asked: list) -> list[list[Candidate]]:
@@ -244,36 +253,41 @@ def _chosen(start: TimeFit, most: int) -> list[Try]:
 
 def _ended(going: list[tuple[Try, Begun]], anew: bool = True) -> list:
     """(Try, fit or None where it is vetoed, whether it is outdone) of each search, at its end; see
-    `ended`. One that led by half of the record and came to nothing is made anew.
+    `ended`.
     """
 
     def tried(one, begun):
         found = ended(one, begun, anew)
         return None if found is None or vetoed(found) else (found, outdone(found))
 
-    def all_of(pairs):
-        return in_step_by_parts(
-            [partial(tried, *pair) for pair in pairs],
-            strides=[one.strides for one, _ in pairs],
-        )
-
-    done = all_of(going)
-    failed = [n for n in _leaders(going) if done[n] is None] if anew else []
-    again = begun_all([_from_all(going[n][0]) for n in failed])
-    for n, found in zip(failed, all_of(again), strict=True):
-        done[n] = found
+    done = in_step_by_parts(
+        [partial(tried, *pair) for pair in going],
+        strides=[one.strides for one, _ in going],
+    )
     return [(one, *(some or (None, False))) for (one, _), some in zip(going, done, strict=True)]
+
+
+def _ended_at_last(going: list[tuple[Try, Begun]]) -> list:
+    """The same; one that led by half of the record and came to nothing is made anew."""
+    done = _ended(going)
+    failed = [n for n in _leaders(going) if done[n][1] is None]
+    again = _ended(begun_all([_from_all(going[n][0]) for n in failed]))
+    for n, (_, found, plainer) in zip(failed, again, strict=True):
+        done[n] = (going[n][0], found, plainer)
+    return done
 
 
 def _leaders(going: list[tuple[Try, Begun]]) -> list[int]:
     """Numbers of the searches with a march that leave the least by half of the record, of those
-    from the same fit.
+    from the same fit; where none has got so far, promise the most.
     """
-    least = {}
+    known = {}
     for n, (one, begun) in enumerate(going):
-        if one.effect.marched and np.isfinite(begun.misfit):
-            least.setdefault(one.start, []).append((begun.misfit, n))
-    return [min(some)[1] for some in least.values()]
+        if one.effect.marched:
+            far = np.isfinite(begun.misfit)
+            rank = (0, begun.misfit) if far else (1, -one.promise.max())
+            known.setdefault(one.start, []).append((*rank, n))
+    return [min(some)[-1] for some in known.values()]
 
 
 def refuted(found: TimeFit) -> bool:

@@ -228,6 +228,12 @@ def misfits(law: Law, P: np.ndarray, rows: int | None = None) -> np.ndarray:
     return (residuals(_cut(law, 1.0), P)[:, :rows] ** 2).sum(axis=1)
 
 
+def at_first(law: Law, starts: np.ndarray, horizon: float) -> np.ndarray:
+    """(S,) chi2 where searches from `starts` (S, p) begin, on a share of the fitted part."""
+    short = _cut(law, horizon)
+    return (residuals(short, _gauged(short, starts)) ** 2).sum(axis=1)
+
+
 def sharp(found: TimeFit) -> TimeFit:
     """The fit to its end and in fine steps; itself where no force is marched."""
     law = found.law

@@ -1,8 +1,10 @@
-"""What twins say of the body: a recording that does not tell them apart knows it no better."""
+"""What is known of a body's stiffness beside what was found in time, and what its twins say."""
+
+from collections.abc import Callable
 
 import numpy as np
 
-from .effects import relaxation
+from .effects import relaxation, split_modes
 from .law import TimeFit
 from .parameters import as_fitted, parameters
 from .verdict import Verdict
@@ -16,7 +18,7 @@ def twins(verdict: Verdict) -> list[TimeFit]:
 
 def bent(final: TimeFit) -> float:
     """How far the pitches of the two sides of an uneven stiffness lie from their middle."""
-    return float(np.log(_uneven(final, lambda told: told["value"])) / 4)
+    return float(np.log(max((told["value"] for told in _uneven(final)), default=1.0)) / 4)
 
 
 def creeps(verdict: Verdict) -> bool:
@@ -39,28 +41,40 @@ def softer(final: TimeFit) -> tuple[float, float]:
     return 1.0, 1.0
 
 
-def modulus_span(verdict: Verdict, k: int) -> tuple[float, float]:
+def twins_span(verdict: Verdict, k: int, true: Callable) -> tuple[float, float]:
     """The least and the most that Young's modulus may be over what mode k's pitch says of it.
 
-    By each twin it is another one. And a body that is stiffer one way is by itself as stiff as its
-    softer side where something leans on it, as its stiffer side where something in it opens.
+    By a twin of the one effect that was found it is another one. And a body that is stiffer one way
+    is by itself as stiff as its softer side where something leans on it, as its stiffer side where
+    something in it opens, by as much as it may be stiffer. `true` (TimeFit -> (K,)): Hz.
     """
     final, out = verdict.final, [1.0]
-    for one in [final, *twins(verdict)]:
-        if k >= one.law.modes:
-            continue
-        pitch = (one.frequency[k] / final.frequency[k]) ** 2
-        there = pitch * softer(one)[0] / softer(final)[0]
-        ratio = _uneven(one, lambda told: told["ci95"][1]) if k == 0 else 1.0  # acts on the first
-        out += [there * 2 / (1 + ratio), there * 2 * ratio / (1 + ratio)]
+    alone = (
+        len(verdict.effects) == 1
+    )  # else a twin stands beside another one, and was not fitted so
+    for one in [final, *(twins(verdict) if alone else ())]:
+        pitch = (_pitch(one, k, true) / _pitch(final, k, true)) ** 2
+        softest = softer(one)[:1] if one is final else softer(one)
+        ratio = _most_uneven(one) if k == 0 else 1.0  # it acts on the first mode, if at all
+        sides = 2 / (1 + ratio), 2 * ratio / (1 + ratio)
+        out += [pitch * soft / softer(final)[0] * side for soft in softest for side in sides]
     return min(out), max(out)
 
 
-def _uneven(found: TimeFit, of) -> float:
-    """The stiffer side over the softer one, where it was found; `of` what is told of it."""
-    told = [
-        of(parameters(found, i)["ratio"])
+def _pitch(one: TimeFit, k: int, true: Callable) -> float:
+    """Hz of mode k, of the middle of a pair that is split."""
+    return true(one)[k] * (split_modes.middle(one) if k == one.law.setting.pair else 1.0)
+
+
+def _most_uneven(found: TimeFit) -> float:
+    """The stiffer side over the softer one, at most."""
+    return max((told["ci95"][1] for told in _uneven(found)), default=1.0)
+
+
+def _uneven(found: TimeFit) -> list[dict]:
+    """What is told of the stiffer side over the softer one."""
+    return [
+        parameters(found, i)["ratio"]
         for i, effect in enumerate(found.law.effects)
         if effect.name == "asymmetric_stiffness"
     ]
-    return max(told, default=1.0)

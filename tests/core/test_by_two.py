@@ -1,5 +1,6 @@
 """Two effects found together: what they must bring to be told at all."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -61,3 +62,35 @@ def test_of_what_stays_unexplained_two_are_parts_or_the_one_that_they_lead_to(mo
     assert part.evidence > astray.evidence
     assert part.names[0] in names and part.found.law.effects[-1].name == part.names[0]
     assert len(part.found.law.effects) == 1
+
+
+@pytest.mark.parametrize(("bends", "verdict"), [(True, "unexplained"), (False, "explained")])
+def test_two_that_tell_less_are_not_the_explanation_where_more_needs_another_body(
+    monkeypatch, bends, verdict
+):
+    found = creeping_and_rubbed()
+    more = both_of(found, dry_friction.EFFECT, relaxation.EFFECT)
+    less = replace(more, names=("contact", "relaxation"), evidence=more.evidence - 2 * EVIDENCE)
+    for name, value in {
+        "pairs": [more, less],
+        "to_their_end": [more, less],
+        "exchanged": [more, less],
+        "polished": [more, less],
+        "is_broken": False,
+        "one_of": None,
+        "strays": False,
+        "bends_the_body": bends,
+    }.items():
+        monkeypatch.setattr(module, name, lambda *_, _value=value, **__: _value)
+    monkeypatch.setattr(module, "sufficient", lambda c, *_, **__: c is less)
+    told = by_two(((None, found),), ([], (), [], {}), 0.1, lambda found, effects: found)
+    assert told.verdict == verdict
+    assert set(told.names) == set((more if bends else less).names)
+
+
+@pytest.mark.parametrize(
+    ("share", "held", "shown"), [(0.7, 0.05, True), (0.7, -0.1, False), (0.5, 0.05, False)]
+)
+def test_a_part_that_takes_most_need_but_do_no_harm_ahead(share, held, shown):
+    fit = SimpleNamespace(law=SimpleNamespace(effects=()))
+    assert module._shows(Candidate(("air_drag",), fit, 2 * EVIDENCE, share, held)) == shown

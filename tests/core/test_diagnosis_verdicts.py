@@ -522,6 +522,14 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             "two:relaxation+large_amplitude", 93968, {"relaxation", "large_amplitude"}, 1.1,
             id="from one of two twins a short way leads to the other",
         ),
+        pytest.param(
+            "two:large_amplitude+tracker_drift", 450839, {"large_amplitude", "tracker_drift"}, 1.1,
+            id="from what drifts with time to what bends with amplitude, on growing shares",
+        ),
+        pytest.param(
+            "dry_friction", 450840, {"dry_friction"}, 1.1,
+            id="a rub that led by half of the record and came to nothing is sought anew",
+        ),
     ],
 )  # fmt: skip
 def test_what_was_planted_is_named_and_nothing_else(kind, seed, names, most, tmp_path):
@@ -720,3 +728,19 @@ def test_a_pitch_that_a_twin_moves_names_no_change_of_the_body(tmp_path):
     assert "asymmetric_stiffness" in [found["name"], *found["twins"]]
     low, high = report["youngs_modulus"]["material"]["ci95"]
     assert low < truth["youngs_modulus"] < high
+
+
+@pytest.mark.slow
+def test_a_rub_on_many_modes_is_sought_from_many_places(tmp_path):
+    make("dry_friction", 687816, tmp_path)  # a pudding
+    report = calibrate_case(tmp_path / "case.toml").report
+    assert report["diagnosis"]["effects"][0]["name"] == "dry_friction"
+
+
+@pytest.mark.slow
+def test_what_tells_more_in_another_body_is_named_as_the_parts(tmp_path):
+    """Two modes of a bracket, which a spring that softens draws together, by a moving camera."""
+    make("two:base_motion+large_amplitude", 450839, tmp_path)
+    diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
+    assert diagnosis["verdict"] == "unexplained"
+    assert {e["name"] for e in diagnosis["effects"]} == {"base_motion", "large_amplitude"}

@@ -1,11 +1,14 @@
 """Two effects of which neither shows alone, integrated here by another rule."""
 
-import numpy as np
+from types import SimpleNamespace
 
-from core import together
+import numpy as np
+import pytest
+
+from core import time_layer, together
 from core.effects import asymmetric_stiffness, dry_friction, relaxation, steady_drive
 from core.exchange import exchanged
-from core.time_layer import judge, stands_in
+from core.time_layer import Candidate, judge, stands_in
 from core.timefit import extend, fit, sharp
 from core.together import _with_jumps, pairs
 from tests.core.test_simulate import AMPLITUDE
@@ -87,3 +90,20 @@ def test_lost_frames_are_read_beside_every_effect_that_is_no_clock_itself():
     assert both.found.chi2 < 1.2 * both.found.samples < single.found.chi2
     again = judge(("relaxation", "lost_frames"), both.found, start)
     assert _with_jumps(start, [again]) == []
+
+
+@pytest.mark.parametrize(
+    ("over", "share", "stands"), [(1.2, 0.995, True), (1.2, 0.9, False), (1.5, 0.995, False)]
+)
+def test_a_line_at_the_pitch_stands_in_for_a_rub_that_leaves_hardly_more_than_noise(
+    monkeypatch, over, share, stands
+):
+    """However many samples make of a tenth of the noise a clear gain."""
+    fits = {
+        name: SimpleNamespace(chi2=per * 1e5, samples=1e5, unknowns=10)
+        for name, per in (("steady_drive", 1.1), ("dry_friction", over))
+    }
+    monkeypatch.setattr(time_layer.steady_drive, "is_resonant", lambda found: True)
+    line = Candidate(("relaxation", "steady_drive"), fits["steady_drive"], 1e6, 0.99, 0.99)
+    rub = Candidate(("relaxation", "dry_friction"), fits["dry_friction"], share * 1e6, 0.98, 0.98)
+    assert stands_in(line, [line, rub]) == stands

@@ -8,17 +8,19 @@ import pytest
 from core import twins
 
 
-def _fit(pitch, *names):
+def _fit(pitches, *names):
     effects = [SimpleNamespace(name=name) for name in names]
-    law = SimpleNamespace(effects=effects, modes=1)
+    law = SimpleNamespace(effects=effects, setting=SimpleNamespace(pair=0))
     own = [np.zeros((1, 1)) for _ in names]
-    return SimpleNamespace(frequency=np.array([pitch]), law=law, column_shapes=lambda: own)
+    return SimpleNamespace(frequency=np.array(pitches), law=law, column_shapes=lambda: own)
 
 
-def _verdict(final, *others):
+def _span(final, *others, k=0, effects=1):
     ranked = [SimpleNamespace(names=(o.law.effects[0].name,), found=o) for o in others]
     names = tuple(o.law.effects[0].name for o in others)
-    return SimpleNamespace(final=final, twins=(names,), ranked=ranked)
+    found = (None,) * effects
+    verdict = SimpleNamespace(final=final, twins=(names,), ranked=ranked, effects=found)
+    return twins.twins_span(verdict, k, lambda one: one.frequency)
 
 
 @pytest.fixture
@@ -28,21 +30,35 @@ def ratio(monkeypatch):
 
 
 def test_a_modulus_without_twins_is_what_its_pitch_says():
-    assert twins.modulus_span(_verdict(_fit(5.0, "contact")), 0) == (1.0, 1.0)
+    assert _span(_fit([5.0, 9.0], "contact")) == (1.0, 1.0)
 
 
 def test_a_modulus_may_be_what_a_twin_makes_of_it():
-    verdict = _verdict(_fit(5.0, "contact"), _fit(4.5, "large_amplitude"))
-    assert twins.modulus_span(verdict, 0) == pytest.approx((0.81, 1.0))
+    final, twin = _fit([5.0, 9.0], "contact"), _fit([4.5, 9.9], "large_amplitude")
+    assert _span(final, twin) == pytest.approx((0.81, 1.0))
+    assert _span(final, twin, k=1) == pytest.approx((1.0, 1.21))
+
+
+def test_a_twin_that_was_fitted_alone_says_nothing_beside_another_effect():
+    final, twin = _fit([5.0], "contact", "dry_friction"), _fit([4.5], "large_amplitude")
+    assert _span(final, twin, effects=2) == (1.0, 1.0)
 
 
 def test_a_body_stiffer_one_way_is_as_stiff_as_either_side(ratio):
     """k (1 - b) and k (1 + b) with (1 + b) / (1 - b) = 3 at most."""
-    uneven = _fit(5.0, "asymmetric_stiffness")
-    assert twins.modulus_span(_verdict(uneven), 0) == pytest.approx((0.5, 1.5))
-    verdict = _verdict(_fit(5.0, "contact"), uneven)
-    assert twins.modulus_span(verdict, 0) == pytest.approx((0.5, 1.5))
+    uneven = _fit([5.0], "asymmetric_stiffness")
+    assert _span(uneven) == pytest.approx((0.5, 1.5))
+    assert _span(_fit([5.0], "contact"), uneven) == pytest.approx((0.5, 1.5))
 
 
 def test_only_the_first_mode_swings_on_two_sides(ratio):
-    assert twins.modulus_span(_verdict(_fit(5.0, "asymmetric_stiffness")), 1) == (1.0, 1.0)
+    assert _span(_fit([5.0, 9.0], "asymmetric_stiffness"), k=1) == (1.0, 1.0)
+
+
+def test_a_twin_that_creeps_makes_the_body_softer_at_rest(monkeypatch):
+    """Static over dynamic stiffness: 0.8 by the twin, 0.5 at least."""
+    final, twin = _fit([5.0], "asymmetric_stiffness"), _fit([5.0], "relaxation")
+    monkeypatch.setattr(twins, "parameters", lambda found, index: {"ratio": {"ci95": [1.0, 1.0]}})
+    soft = {id(twin): (0.8, 0.5)}
+    monkeypatch.setattr(twins, "softer", lambda one: soft.get(id(one), (1.0, 1.0)))
+    assert _span(final, twin) == pytest.approx((0.5, 1.0))
