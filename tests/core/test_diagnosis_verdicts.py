@@ -738,9 +738,10 @@ def test_a_rub_on_many_modes_is_sought_from_many_places(tmp_path):
 
 
 @pytest.mark.slow
-def test_what_tells_more_in_another_body_is_named_as_the_parts(tmp_path):
-    """Two modes of a bracket, which a spring that softens draws together, by a moving camera."""
-    make("two:base_motion+large_amplitude", 450839, tmp_path)
-    diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
-    assert diagnosis["verdict"] == "unexplained"
-    assert {e["name"] for e in diagnosis["effects"]} == {"base_motion", "large_amplitude"}
+def test_a_spring_that_softens_beside_a_moving_camera_is_told_as_no_drift(tmp_path):
+    """It draws two modes of a bracket together; a drift does nearly as well."""
+    truth = make("two:base_motion+large_amplitude", 450839, tmp_path)
+    report = calibrate_case(tmp_path / "case.toml").report
+    assert {e["name"] for e in report["diagnosis"]["effects"]} == {"base_motion", "large_amplitude"}
+    modulus = report["youngs_modulus"]["material"]["value"]
+    assert modulus == pytest.approx(truth["youngs_modulus"], rel=0.02)
