@@ -100,7 +100,9 @@ def _put(found: TimeFit, effect: Effect) -> TimeFit:
 
 
 def _put_in_hope(found: TimeFit, effect: Effect, most: float) -> TimeFit | None:
-    """The same; None where after the first looks that leaves more than `most`."""
+    """The best fit with `effect` in the last one's place, begun where that stands; None where after
+    the first looks it leaves more than `most`.
+    """
     law, near, _ = _begun(found, effect)
     walks = walked(law, near, (1.0,), FIRST)
     if walks[0][2] > most:

@@ -49,10 +49,8 @@ def twins_span(verdict: Verdict, k: int, true: Callable) -> tuple[float, float]:
     something in it opens, by as much as it may be stiffer. `true` (TimeFit -> (K,)): Hz.
     """
     final, out = verdict.final, [1.0]
-    alone = (
-        len(verdict.effects) == 1
-    )  # else a twin stands beside another one, and was not fitted so
-    for one in [final, *(twins(verdict) if alone else ())]:
+    rivals = twins(verdict) if len(verdict.effects) == 1 else []  # they were fitted alone
+    for one in [final, *rivals]:
         pitch = (_pitch(one, k, true) / _pitch(final, k, true)) ** 2
         softest = softer(one)[:1] if one is final else softer(one)
         ratio = _most_uneven(one) if k == 0 else 1.0  # it acts on the first mode, if at all
