@@ -13,8 +13,8 @@ from .harmonic_inversion import invert
 from .law import TimeFit, replace, unpack
 from .linear_part import fitted_instants, instants
 from .listen import spread
-from .match import PAIR, SPLIT, Match, turning
-from .shutter import at_once, later
+from .match import HARMONIC, PAIR, SPLIT, Match, turning
+from .shutter import at_once, later, overtone
 from .simulate import free_swing
 
 APART = 0.03  # relative, from every known pitch
@@ -27,6 +27,7 @@ ALIKE = (0.3, 3.0)  # damping ratio over that of the known modes
 STEEPER = 1.5  # damping ratio over pitch, over the same of the known modes
 LIVELY = 0.25  # damping ratio up to which a mode so far above them may be one
 QUIETLY = 1.3  # misfit per sample, held out too, up to which a ring-down tells all of a take
+SO = 0.8  # MAC from which a line at twice a pitch moves as late rows let it
 LEFT, LOUDEST = 0.02, 3.0  # the same beside loud modes: of what those leave, and at most
 FEWEST = 24  # frames in which something is heard
 
@@ -137,6 +138,9 @@ def modes_of(
         if not parted and (apart[n].min() < APART or (paired and apart[n, pair] < SPLIT)):
             continue
         shape = real_shapes(amplitude[None])[0][0][on]
+        swings = zip(own, ring.amplitude[theirs], strict=True)
+        if any(_rows_sound_so(data, (f, amplitude), swing) for swing in swings):
+            continue
         if not (
             damps_alike(f, z, own, found.damping_ratio)
             # a load lowers what is heard first by less than what lies below
@@ -146,6 +150,18 @@ def modes_of(
             return []
         out.append((float(f), float(z)))
     return out
+
+
+def _rows_sound_so(data: Channels, line: tuple, swing: tuple) -> bool:
+    """Whether a line (Hz, (C,) complex amplitudes) is what rows of an unknown camera that are late
+    make of a swing at half its pitch.
+    """
+    (f, amplitude), (base, own) = line, swing
+    camera, on = data.take.recording.camera, ~data.support
+    if camera is None or camera.readout is not None or abs(f - 2 * base) > HARMONIC * f:
+        return False
+    a, b = amplitude[on], overtone(own)[on]
+    return bool(abs(np.vdot(a, b)) ** 2 > SO * np.vdot(a, a).real * np.vdot(b, b).real)
 
 
 def _mimics(shape: np.ndarray, f: float, known: np.ndarray, own: np.ndarray) -> bool:

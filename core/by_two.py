@@ -10,8 +10,9 @@ from .foils import is_broken, weakens, weakens_rather
 from .law import TimeFit
 from .ready import polished, to_their_end
 from .refit import turned, without
+from .residual import strays
 from .side_by_side import in_step_by_parts
-from .sufficiency import ENOUGH_BOTH, adds, bends_the_body, one_of, strays, sufficient
+from .sufficiency import ENOUGH_BOTH, adds, bends_the_body, one_of, sufficient
 from .time_layer import EVIDENCE, Candidate, judge, refuted, vetoed
 from .together import pairs
 from .verdict import Verdict, partly, twins_of

@@ -19,10 +19,9 @@ from .foils import is_broken, weakens
 from .forgotten import more_modes
 from .law import TimeFit
 from .ready import to_their_end, widened
-from .residual import NOISY, QUIET, excess, misfit
+from .residual import AHEAD, NOISY, QUIET, excess, misfit, strays
 from .side_by_side import in_step_by_parts
 from .sufficiency import (
-    AHEAD,
     CLEARLY,
     CLEARLY_BOTH,
     ENOUGH,
@@ -34,7 +33,6 @@ from .sufficiency import (
     one_of,
     owes,
     shows,
-    strays,
     sufficient,
 )
 from .time_layer import (
@@ -47,7 +45,7 @@ from .time_layer import (
     singles,
 )
 from .timefit import sharp
-from .together import FEW
+from .together import two_by_two
 from .verdict import Verdict, partly, twins_of
 
 WEAK = 0.05  # of the motion, rms: more than that is no forgotten weak mode
@@ -178,12 +176,12 @@ def _is_read_off(verdict: Verdict) -> bool:
 
 
 def _loud(alone: Verdict) -> bool:
-    """Whether one effect leaves more than noise where two are sought cheaply: it may bend itself to
-    do nearly what two others do.
+    """Whether one effect leaves more than noise where all are sought two by two, or far more ahead:
+    it may bend itself to do nearly what two others do.
     """
     final = alone.final
-    few = len(alone.effects) == 1 and final.law.modes <= FEW
-    return few and final.chi2 > NOISY * final.samples
+    noisy = final.chi2 > NOISY * final.samples and two_by_two(alone.chain[0][1])
+    return len(alone.effects) == 1 and (noisy or strays(final))
 
 
 def _does_more(both: Verdict, alone: Verdict) -> bool:
@@ -192,10 +190,13 @@ def _does_more(both: Verdict, alone: Verdict) -> bool:
 
 
 def _takes_most(both: Verdict, alone: Verdict) -> bool:
-    """Whether what was found together takes most of what the other leaves."""
+    """Whether what was found together takes most of what the other leaves, a trifle only if that
+    shows far more ahead.
+    """
     pair = _pair(both, alone)
-    material = gained(alone.final, both.final) >= MATERIAL and pair.evidence > EVIDENCE
-    return material and pair.share > MOST and not pair.held_share < MOST
+    material = gained(alone.final, both.final) >= MATERIAL or strays(alone.final)
+    most = pair.share > MOST and not pair.held_share < MOST
+    return material and most and pair.evidence > EVIDENCE
 
 
 def _pair(both: Verdict, alone: Verdict) -> Candidate:

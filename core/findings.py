@@ -16,9 +16,9 @@ from .law import TimeFit
 from .match import PAIR
 from .modal_layer import Suspect, suspects
 from .report import estimate
-from .residual import Error, errors
+from .residual import FAR_OFF, Error, errors, strays
 from .stranger import strangers, told
-from .sufficiency import ASTRAY, CLEARLY, FAR_OFF, gained, strays
+from .sufficiency import ASTRAY, CLEARLY, gained
 from .turned import weighs
 from .twins import creeps, softer
 from .unmatched import acts

@@ -21,6 +21,8 @@ from .timefit import best_fit, extend, misfits, walked
 RUNNERS = 2  # starting places of an effect that are fitted
 HALF = 0.5  # share of the record up to which all go
 HORIZONS = (0.15, 0.3, HALF, 0.7, 1.0)  # shares of the fitted part: a phase must not slip
+APART = 8  # places on the body, the first ones, that are farthest apart
+MANY = 16  # places, above which the best of those is tried as well
 PERIODS = 2.0  # of the first mode that a share must hold
 WORTH = 0.6  # of the best one's gain by half of the record
 TELLS = 0.4  # share, by then, of all that two effects must tell: one of them may show later
@@ -33,6 +35,7 @@ CLOSE = 3.0  # misfit that a last look of a search gains; what is found is sharp
 CLOSELY, LOOSELY = 1e-5, 3e-4  # the same as a share: of an effect that is marched, and beside one
 LOST = 0.5  # of its gain, that finer steps take from a search that coarse ones led astray
 LOOKS, CHEAP = 10, 30  # of a search, at most: with forces to march, and without
+FIRST = 3  # of one from many places on the whole record, after which the best few go on
 HINT = 0.3  # as WORTH, of what the first looks of a search without a march gain
 GLANCES = 8  # of one without, after which those that lag behind end
 NAMESAKES = 2  # of those of one effect, of as many markers, the best that go on
@@ -79,6 +82,8 @@ def begun(one: Try) -> Begun:
     """The search on the first shares of the record; the first looks of one without a march."""
     effect, places = one.effect, _places(one)
     first = _shares(one, HALF) if effect.marched else [1.0]
+    if not first and len(places) > RUNNERS:  # on the whole of it, so that few go on
+        places = np.array([p for p, _, _ in walked(one.law, places, [1.0], FIRST, RUNNERS)])
     if not first:
         return Begun(places, np.nan)
     looks = LOOKS if effect.marched else GLANCES
@@ -97,6 +102,12 @@ def _places(one: Try) -> np.ndarray:
     """(S, p) where the search begins."""
     start, effect = one.outset or one.start, one.effect
     begins = [one.begins[i] for i in unlike(effect, one.begins, one.promise)]
+    if effect.force and effect.places > MANY:  # by a test to first order the best may be by chance
+        firsts = {tuple(place) for place in start.law.setting.places[:APART]}
+        near = [i for i, b in enumerate(one.begins) if tuple(b[len(effect.low) :]) in firsts]
+        some = [one.begins[i] for i in near]
+        begins += [some[i] for i in unlike(effect, some, one.promise[near])]
+        begins = list(dict.fromkeys(begins))
     if effect.marched:
         return outsets(start, one.law, [begin(start, effect, begins)])[: one.runners]
     some = begins[: one.runners]

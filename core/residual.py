@@ -10,6 +10,8 @@ from .law import TimeFit
 
 QUIET = 1.1  # misfit per sample below which there is nothing to look for
 NOISY = 1.3  # misfit per sample above which noise alone is no explanation
+FAR_OFF = 2.0  # times its noise, from which a held-out error is that of something not modelled
+AHEAD = 1.5  # the same, from which what an effect leaves ahead shows a second one, or a better fit
 SHARE = 0.2  # of what is left, that a wider law must take: less may be what acts in time
 EVIDENCE = 20.0  # gain in BIC that it must bring
 
@@ -134,3 +136,9 @@ def _label(data: Channels) -> str:
 def errors(found: TimeFit) -> Error:
     """The error of a fit."""
     return error_of(found.law.takes, found.predicted)
+
+
+def strays(found: TimeFit, much: float = FAR_OFF) -> bool:
+    """Whether what was held out is mispredicted by `much` times its noise."""
+    takes = found.law.takes
+    return errors(found).held_out > much * noise_share(takes, True) > 0

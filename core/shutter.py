@@ -24,6 +24,14 @@ def at_once(amplitude: np.ndarray, pole: np.ndarray, late: np.ndarray | None) ->
     return amplitude if late is None else amplitude * np.exp(-np.outer(pole, late.mean(axis=0)))
 
 
+def overtone(amplitude: np.ndarray) -> np.ndarray:
+    """(C,) complex: how a swing with amplitudes (C,), u and v of every marker in turn, sounds at
+    twice its pitch where rows are late, up to a factor: a marker that moves to another row is seen
+    at another instant, so much later as v is larger, by so much more as it moves faster.
+    """
+    return amplitude * np.repeat(amplitude[1::2], 2)
+
+
 def later(omega: np.ndarray, zeta: np.ndarray, motion: tuple, delay: np.ndarray) -> tuple:
     """Displacement and velocity (B, C, T, K) `delay` s after motion = (u, v), each (B, T, K).
 

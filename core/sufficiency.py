@@ -5,7 +5,7 @@ import numpy as np
 from .effects.further_mode import is_further, ran_off
 from .law import TRUST, TimeFit
 from .refit import without
-from .residual import NOISY, errors, excess, misfit, noise_share
+from .residual import AHEAD, NOISY, errors, excess, misfit, noise_share, strays
 from .time_layer import MATERIAL, Candidate, judge, refuted
 
 ENOUGH = 0.80  # share of the excess that one effect must take to be the explanation
@@ -16,25 +16,17 @@ SECOND_SIZE = 0.25  # of the declared fit's excess, rms, that a second effect mu
 SECOND, SECOND_HELD = 0.6, 0.5  # share of what the first leaves that a second must take
 NEARLY_ALL = 0.97  # share of the excess where what was held out is still far off
 ASTRAY = 5.0  # times its noise, from which a held-out prediction is no explanation
-AHEAD = 1.5  # times its noise, from which what a first effect leaves ahead shows a second one
 CLEARLY = 1.4  # times its noise, from which what was held out is clearly off
 CLEARLY_BOTH = 1.25  # the same of two effects, which bend themselves to more than they are
 TRIFLE, PART = 0.1, 0.25  # rms, of what was off before, that an explanation may leave: held, fitted
 BENT = 2.0 / TRUST  # of a mode's size, from which it is another body's: two standard deviations
 LOUD = 0.05  # of the strongest mode, from which another one's size shows
-FAR_OFF = 2.0  # times its noise, from which a held-out error is that of something not modelled
 
 
 def fails(declared: TimeFit) -> bool:
     """Whether what was held out is predicted worse than its noise allows."""
     left, count = misfit(declared.law.takes, declared.predicted, True)
     return left > NOISY * count
-
-
-def strays(found: TimeFit, much: float = FAR_OFF) -> bool:
-    """Whether what was held out is mispredicted by `much` times its noise."""
-    takes = found.law.takes
-    return errors(found).held_out > much * noise_share(takes, True) > 0
 
 
 def bends_the_body(found: TimeFit) -> bool:
@@ -136,16 +128,16 @@ def counts_second(first: Candidate, second: Candidate, over: float) -> bool:
     """Whether a second effect is material, and takes most of what the first leaves, in this body.
 
     It may be small beside the first where it leaves nothing but noise, held out too. Where the
-    first tells what was fitted and is off ahead, what mends that counts, however little it is.
+    first is off ahead, and tells what was fitted or leaves there what the second tells, what mends
+    that counts, however little it is.
     """
     if bends_the_body(second.found):
         return False
     size = gained(first.found, second.found)
+    nothing = second.found.chi2 < NOISY * second.found.samples and not fails(second.found)
+    all_of_it = nothing and second.share >= ENOUGH_BOTH
     ahead = strays(first.found, AHEAD) and not fails(second.found)
     quiet = first.found.chi2 < NOISY * first.found.samples
-    if ahead and quiet and second.held_share >= ENOUGH_BOTH:
+    if ahead and (quiet or all_of_it) and second.held_share >= ENOUGH_BOTH:
         return True
-    if not adds(first, second):
-        return False
-    nothing = second.found.chi2 < NOISY * second.found.samples and not fails(second.found)
-    return size >= SECOND_SIZE * over or (nothing and second.share >= ENOUGH_BOTH)
+    return adds(first, second) and (size >= SECOND_SIZE * over or all_of_it)

@@ -11,7 +11,6 @@ from functools import partial
 
 import numpy as np
 
-from .baseline import PLACES
 from .effects import TIME_EFFECTS, steady_drive
 from .effects.base import Effect
 from .law import TimeFit
@@ -19,7 +18,7 @@ from .match import DEAD
 from .race import Begun, Try, begun_all, ended, worth
 from .read_off import read_off
 from .refit import lighter, swapped
-from .residual import NOISY, bic, misfit
+from .residual import AHEAD, NOISY, bic, misfit, strays
 from .side_by_side import in_step_by_parts
 from .timefit import fit, screen
 
@@ -32,7 +31,7 @@ FEEBLE = 0.2  # the same over what a quiet fit leaves beyond noise
 SETTLED = 0.95  # share of the excess from which what comes later gets one start only
 FIRSTS, BESIDE = 10, 4  # names that are tried alone, and beside another one, at most
 AT_ONCE = 2  # the most promising effects, which race each other only and may settle the rest
-MOSTLY, BETTER = 0.6, 0.9  # share that the best one must take, misfit that it leaves then
+MOSTLY = 0.6  # share that the best one must take, for which it is sought anew
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,13 +98,11 @@ def entries(start: TimeFit, effects) -> list[Try]:
 
 
 def begins_of(effect: Effect, start: TimeFit, residual) -> list:
-    """Where a search for an effect may begin: of a force, at each of many places on the body, for
-    from a few of them on a rub on many modes goes astray.
-    """
+    """Where a search for an effect may begin: of a force, at each of many places on the body."""
     begins = effect.starts(start.law.setting, residual)
     if not effect.force:
         return begins
-    places = start.law.setting.places[:PLACES]
+    places = start.law.setting.places[: 1 + effect.places]
     return list(dict.fromkeys((*b, *place) for b in begins for place in places))
 
 
@@ -201,7 +198,7 @@ def _again(asked: list) -> list[list[Candidate]]:
         best = ranked[0] if ranked else None
         if best is None or best.found.chi2 > least or best.share < MOSTLY:
             continue
-        if best.found.chi2 < NOISY * best.found.samples:
+        if best.found.chi2 < NOISY * best.found.samples and not strays(best.found, AHEAD):
             continue
         effect = best.found.law.effects[-1]
         for one in chosen:
@@ -212,7 +209,7 @@ def _again(asked: list) -> list[list[Candidate]]:
     for one, found, plainer in _ended(going):
         n = whose[id(one)]
         best = out[n][0]
-        if found is not None and not plainer and found.chi2 <= BETTER * best.found.chi2:
+        if found is not None and not plainer:
             other = judge(best.names, found, asked[n][2])
             out[n] = [max(best, other, key=lambda c: c.evidence), *out[n][1:]]
     return out
@@ -231,7 +228,8 @@ def _anew(one: Try) -> list[Try]:
 
 def _from_all(one: Try) -> Try:
     """The search from all strengths on the whole record."""
-    return replace(one, runners=len(one.begins), horizons=(1.0,))
+    strengths = {begin[: len(one.effect.low)] for begin in one.begins}
+    return replace(one, runners=len(strengths), horizons=(1.0,))
 
 
 def _chosen(start: TimeFit, most: int) -> list[Try]:

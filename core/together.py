@@ -1,9 +1,8 @@
 """Two effects at once, for neither may show as long as the other one is missing.
 
-Beside each of the best single effects a second one is sought. Where that does not tell all, and one
-mode or two do, so that a search is cheap, those of the library are also sought two by two, from all
-their strengths, on growing shares of the record: a joint score test tells which two, the first
-swings from where.
+Beside each of the best single effects a second one is sought. Where that does not tell all, and
+one mode or two do, those of the library are also sought two by two, from all their strengths, on
+growing shares of the record: a joint score test tells which two, the first swings from where.
 """
 
 from dataclasses import replace
@@ -36,9 +35,9 @@ from .time_layer import (
 from .timefit import best_fit, walked
 
 BEAM = 2  # best single effects, held out too and where fitted, with a second beside
-CHEAPLY = 3  # of the latter where a search is cheap
+CHEAPLY = 3  # of the latter where a march is cheap
 FEW = 2  # modes: with more, so many places tie that the first swings tell nothing
-MANY = 20  # numbers searched, above which no search is cheap: six further modes beside two
+MANY = 20  # numbers searched, above which no march is cheap: six further modes beside two
 TWOS = 10  # pairs that are begun
 FINALISTS = 6  # that go on to the end at most
 BEHIND = 1.5  # of the best pair's misfit, from which one does not go on
@@ -65,11 +64,20 @@ def pairs(start: TimeFit, ranked: list[Candidate], known: dict) -> list[Candidat
     return [c for c in found if not stands_in(c, found)]
 
 
+def two_by_two(start: TimeFit) -> bool:
+    """Whether what is in the library is sought two by two beside such a fit."""
+    return start.law.modes <= FEW and _marches_cheaply(start)
+
+
+def _marches_cheaply(start: TimeFit) -> bool:
+    return len(start.parameters) <= MANY
+
+
 def _beside(start: TimeFit, ranked: list[Candidate], known: dict):
     """Candidates of the best single effects and what shows beside each."""
     strong = [single for single in ranked if single.evidence >= EVIDENCE]
     fitting = sorted(strong, key=lambda single: bic(single.found))
-    most = BEAM if len(start.parameters) > MANY else CHEAPLY
+    most = CHEAPLY if _marches_cheaply(start) else BEAM
     first = list(dict.fromkeys([*strong[:BEAM], *fitting[:most]]))
     new = [single for single in first if single.found not in known]
     beside = list(zip(new, seconds(new, [start] * len(new), start), strict=True))
@@ -113,7 +121,7 @@ def _with_jumps(start: TimeFit, others: list[Candidate]) -> list:
 
 def _of_the_library(start: TimeFit) -> list[Candidate]:
     """Candidates of two effects that the library holds."""
-    if start.law.modes > FEW or len(start.parameters) > MANY:
+    if not two_by_two(start):
         return []
     known = [one for one in entries(start, TIME_EFFECTS) if one.promise.max() > PROMISE]
     strengths = [[o.begins[i] for i in unlike(o.effect, o.begins, o.promise)] for o in known]

@@ -119,6 +119,7 @@ class Effect:
     high: tuple[float, ...] = ()
     starts: Callable | None = None
     force: Callable | None = None
+    places: int = 16  # on the body, beside the reference, where a search for the force may begin
     axes: int = 1  # of the force at its place; mode 1 moves that along the first one alone
     acceleration: Callable | None = None
     scales: bool = False  # theta's first number is the strength, either way of which it may act

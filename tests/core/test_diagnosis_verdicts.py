@@ -530,6 +530,22 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             "dry_friction", 450840, {"dry_friction"}, 1.1,
             id="a rub that led by half of the record and came to nothing is sought anew",
         ),
+        pytest.param(
+            "dry_friction", 460175, {"dry_friction"}, 1.1,
+            id="the place that promises most of many may be a chance one",
+        ),
+        pytest.param(
+            "dry_friction", 460177, {"dry_friction"}, 1.1,
+            id="a rub that is off ahead though it tells what was fitted is sought anew",
+        ),
+        pytest.param(
+            "two:dry_friction+stiffness_drift", 460175, {"dry_friction", "stiffness_drift"}, 1.1,
+            id="a trifle that tells all that is off ahead counts",
+        ),
+        pytest.param(
+            "rolling_shutter", 460177, {"rolling_shutter"}, 1.1,
+            id="what late rows sound like at twice a pitch is no mode",
+        ),
     ],
 )  # fmt: skip
 def test_what_was_planted_is_named_and_nothing_else(kind, seed, names, most, tmp_path):

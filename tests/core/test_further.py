@@ -14,6 +14,7 @@ from core.law import replace
 from core.linear_part import fitted_instants
 from core.match import mac
 from core.refit import LESS, lighter
+from core.shutter import overtone
 from core.timefit import extend, fit
 from tests.core.test_simulate import AMPLITUDE
 from tests.core.test_timefit import (
@@ -130,8 +131,8 @@ def test_of_two_pairs_the_one_that_is_parted_is_left_to_what_parts_it(heard, sho
         damping_ratio=np.full(4, 0.02),
         amplitude=shapes.astype(complex),
     )
-    data = SimpleNamespace(support=np.zeros(12, bool), take=SimpleNamespace(loads=()))
     setting = SimpleNamespace(paired=True, pair=0)
+    data = seen_by(None)
     law = SimpleNamespace(takes=(data,), fitted=[0], pitch=(0,), setting=setting, effects=())
     found = SimpleNamespace(
         law=law,
@@ -144,6 +145,50 @@ def test_of_two_pairs_the_one_that_is_parted_is_left_to_what_parts_it(heard, sho
     body = SimpleNamespace(modes=SimpleNamespace(frequency=computed))
     match = SimpleNamespace(modes=(0, 2, 4))
     assert modes_of(found, 0, match, body, ring) == ([(heard, 0.02)] if shown else [])
+
+
+def seen_by(camera):
+    """A take of six markers in a picture, or of twelve along one axis."""
+    recording = SimpleNamespace(camera=camera)
+    take = SimpleNamespace(loads=(), recording=recording)
+    return SimpleNamespace(support=np.zeros(12, bool), take=take)
+
+
+@pytest.mark.parametrize(
+    ("camera", "late", "shown"),
+    [
+        (SimpleNamespace(readout=None), True, False),
+        (SimpleNamespace(readout=0.01), True, True),  # that is taken out
+        (None, True, True),  # no rows
+        (SimpleNamespace(readout=None), False, True),  # another motion
+    ],
+)
+def test_what_late_rows_sound_like_at_twice_a_pitch_is_no_mode(camera, late, shown):
+    rng = np.random.default_rng(6)
+    first, other = rng.standard_normal((2, 12)) + 1j * rng.standard_normal((2, 12))
+    double = 0.01 * (overtone(first) if late else other)
+    ring = SimpleNamespace(
+        frequency=np.array([5.0, 17.0, 10.1]),
+        damping_ratio=np.full(3, 0.02),
+        amplitude=np.array([first, rng.standard_normal(12), double]),
+    )
+    law = SimpleNamespace(
+        takes=(seen_by(camera),),
+        fitted=[0],
+        pitch=(0,),
+        setting=SimpleNamespace(paired=False, pair=0),
+        effects=(),
+    )
+    found = SimpleNamespace(
+        law=law,
+        theta=[],
+        pitches=lambda take: ring.frequency[:2],
+        damping_ratio=np.full(2, 0.02),
+        shapes_of=lambda take: ring.amplitude[:2].real,
+    )
+    body = SimpleNamespace(modes=SimpleNamespace(frequency=np.array([5.0, 17.0, 30.0])))
+    told = modes_of(found, 0, SimpleNamespace(modes=(0, 1)), body, ring)
+    assert told == ([(10.1, 0.02)] if shown else [])
 
 
 @pytest.mark.parametrize(("faintest", "count"), [(0.0, 2), (5e-3, 1)])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from core.pipeline import calibrate_case
-from core.shutter import later
+from core.shutter import later, overtone
 from tests.truth import film
 from tests.truth.plant_camera import again
 
@@ -83,3 +83,26 @@ def test_a_free_swing_seen_later_is_that_swing():
     for channel, delay in enumerate(d[0, :, 0]):
         for one, truth in zip(seen, swing(t + delay), strict=True):
             assert np.abs(one[0, channel] - truth).max() < 1e-12
+
+
+def test_rows_that_are_late_sound_at_twice_a_pitch_as_foretold():
+    """Each sample is seen when its own row is read, and the row moves with the marker."""
+    rng, zeta, height, readout = np.random.default_rng(3), 0.03, 720.0, 0.012
+    shape = rng.uniform(10, 60, 8) * rng.choice([-1, 1], 8)  # px: u and v of four markers
+    rest, time = rng.uniform(100, 600, 4), np.arange(400) / 100
+    pole = 2 * np.pi * 4 * (-zeta + 1j * np.sqrt(1 - zeta**2))
+
+    def place(when):
+        return (shape * np.exp(pole * when)).real
+
+    when = np.repeat(time[:, None], 8, axis=1)
+    for _ in range(30):
+        row = (rest + place(when)[:, 1::2]) / height
+        when = time[:, None] + readout * np.repeat(row, 2, axis=1)
+    columns = np.exp(np.outer(time, [pole, 2 * pole]))
+    basis = np.hstack([columns.real, -columns.imag, np.ones((len(time), 1))])
+    found = np.linalg.lstsq(basis, place(when), rcond=None)[0]
+    first, double = found[:2] + 1j * found[2:4]
+    foretold = overtone(first)
+    share = abs(np.vdot(foretold, double)) ** 2
+    assert share > 0.97 * (abs(foretold) ** 2).sum() * (abs(double) ** 2).sum()

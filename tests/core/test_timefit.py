@@ -39,11 +39,12 @@ from core.race import Try, begun, begun_all, ended, race, worth
 from core.read_off import jumps, read_off
 from core.ready import to_their_end
 from core.refit import turned
+from core.residual import AHEAD, strays
 from core.settle import astray
 from core.simulate import COARSE, swing
-from core.sufficiency import AHEAD, ENOUGH, bends_the_body, counts_second, owes, strays, sufficient
+from core.sufficiency import ENOUGH, bends_the_body, counts_second, gained, owes, sufficient
 from core.tell import told_sizes
-from core.time_layer import judge, vetoed
+from core.time_layer import MATERIAL, judge, vetoed
 from core.timefit import _gauged, best_fit, extend, fit, misfits, screen, sharp
 from core.verdict import Verdict
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
@@ -808,6 +809,27 @@ def test_what_mends_the_tail_counts_as_a_second_effect():
     assert strays(off, AHEAD) and not strays(found, AHEAD)
     assert counts_second(first, judge(("stiffness_drift",), found, off), 0.1)
     assert not counts_second(judge(("contact",), found, found), first, 0.1)
+
+
+@pytest.mark.parametrize(("left", "counts"), [(0.0, True), (0.8, False)])
+def test_what_tells_all_that_a_first_effect_leaves_counts_however_little(left, counts):
+    """Over the noise where it was fitted, but a trifle of the motion, and off ahead."""
+    noise = 0.05 * NOISE
+    rest = (NOISE - noise) * np.random.default_rng(1).standard_normal((len(TIME), 4))
+    found = declared(channels(moved(seed=1) - rest, sigma=noise))
+
+    def leaves(much):
+        data = found.law.takes[0]
+        part = np.where(data.fit, 1.5, 2.0)[:, None] * much * noise
+        off = ((data.values - found.predicted[0] - part) / data.sigma)[data.fit]
+        chi2 = float((off**2).sum())
+        return replace(found, predicted=(found.predicted[0] + part,), chi2=chi2)
+
+    first = judge(("dry_friction",), leaves(1.0), leaves(20.0))
+    assert first.found.chi2 > 2 * first.found.samples
+    second = judge(("stiffness_drift",), leaves(left), first.found)
+    assert gained(first.found, second.found) < MATERIAL
+    assert counts_second(first, second, 0.1) is counts
 
 
 def test_what_is_off_ahead_of_a_quiet_fit_is_sought():
