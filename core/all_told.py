@@ -14,7 +14,7 @@ from .law import TimeFit, replace, unpack
 from .linear_part import fitted_instants, instants
 from .listen import spread
 from .match import HARMONIC, PAIR, SPLIT, Match, turning
-from .shutter import at_once, later, overtone
+from .shutter import at_once, height, later, overtone
 from .simulate import free_swing
 
 APART = 0.03  # relative, from every known pitch
@@ -27,8 +27,9 @@ ALIKE = (0.3, 3.0)  # damping ratio over that of the known modes
 STEEPER = 1.5  # damping ratio over pitch, over the same of the known modes
 LIVELY = 0.25  # damping ratio up to which a mode so far above them may be one
 QUIETLY = 1.3  # misfit per sample, held out too, up to which a ring-down tells all of a take
-SO = 0.8  # MAC from which a line at twice a pitch moves as late rows let it
 LEFT, LOUDEST = 0.02, 3.0  # the same beside loud modes: of what those leave, and at most
+ROWS = 0.8  # MAC from which a line at twice a pitch moves as late rows make it
+LOUDER = 1.5  # times what a readout as long as a frame makes, up to which such a line is theirs
 FEWEST = 24  # frames in which something is heard
 
 
@@ -110,7 +111,7 @@ def modes_of(
 ) -> list[tuple[float, float]]:
     """(Hz, damping ratio) of the unmatched poles of a ring-down that tells all of a take.
 
-    Empty where one of them is no mode of a body.
+    Empty where one of them is no mode of a body; what late rows make is passed over.
     """
     law = found.law
     data: Channels = law.takes[law.fitted[take]]
@@ -138,7 +139,7 @@ def modes_of(
         if not parted and (apart[n].min() < APART or (paired and apart[n, pair] < SPLIT)):
             continue
         shape = real_shapes(amplitude[None])[0][0][on]
-        swings = zip(own, ring.amplitude[theirs], strict=True)
+        swings = zip(own, found.damping_ratio, ring.amplitude[theirs], strict=True)
         if any(_rows_sound_so(data, (f, amplitude), swing) for swing in swings):
             continue
         if not (
@@ -153,15 +154,17 @@ def modes_of(
 
 
 def _rows_sound_so(data: Channels, line: tuple, swing: tuple) -> bool:
-    """Whether a line (Hz, (C,) complex amplitudes) is what rows of an unknown camera that are late
-    make of a swing at half its pitch.
+    """Whether a line (Hz, (C,) complex amplitudes) is what rows of a camera whose readout is not
+    known make of a swing (Hz, damping ratio, amplitudes) at half its pitch.
     """
-    (f, amplitude), (base, own) = line, swing
+    (f, amplitude), (base, z, own) = line, swing
     camera, on = data.take.recording.camera, ~data.support
     if camera is None or camera.readout is not None or abs(f - 2 * base) > HARMONIC * f:
         return False
-    a, b = amplitude[on], overtone(own)[on]
-    return bool(abs(np.vdot(a, b)) ** 2 > SO * np.vdot(a, a).real * np.vdot(b, b).real)
+    foretold = overtone(own, complex(poles(base, z)), data.frame / height(camera))
+    a, b = amplitude[on], foretold[on]
+    like = abs(np.vdot(a, b)) ** 2 > ROWS * np.vdot(a, a).real * np.vdot(b, b).real
+    return bool(like and np.linalg.norm(a) < LOUDER * np.linalg.norm(b))
 
 
 def _mimics(shape: np.ndarray, f: float, known: np.ndarray, own: np.ndarray) -> bool:

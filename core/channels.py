@@ -6,7 +6,7 @@ import numpy as np
 
 from .data import Take, seal
 from .errors import RecordingError
-from .shutter import rows_of
+from .shutter import height, rows_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,4 +112,4 @@ def _geometry(recording, places, d):
 
 def _rows(recording, values, rest):
     camera = recording.camera
-    return rows_of(values, rest, camera.image_size[1] or 2 * camera.principal_point[1])
+    return rows_of(values, rest, height(camera))

@@ -186,17 +186,25 @@ def _loud(alone: Verdict) -> bool:
 
 def _does_more(both: Verdict, alone: Verdict) -> bool:
     """Whether what was found together leaves noise, and takes most of what one effect leaves."""
-    return both.final.chi2 < NOISY * both.final.samples and _takes_most(both, alone)
+    if both.final.chi2 >= NOISY * both.final.samples:
+        return False
+    return _takes_most(both, alone) or _mends_ahead(both, alone)
+
+
+def _mends_ahead(both: Verdict, alone: Verdict) -> bool:
+    """Whether what was found together takes most of what one effect leaves that is far off ahead,
+    however little of it shows where it was fitted.
+    """
+    pair, final = _pair(both, alone), alone.final
+    fitted = final.chi2 < NOISY * final.samples or pair.share > MOST
+    return strays(final) and fitted and pair.held_share > MOST and pair.evidence > EVIDENCE
 
 
 def _takes_most(both: Verdict, alone: Verdict) -> bool:
-    """Whether what was found together takes most of what the other leaves, a trifle only if that
-    shows far more ahead.
-    """
+    """Whether what was found together takes most of what the other leaves."""
     pair = _pair(both, alone)
-    material = gained(alone.final, both.final) >= MATERIAL or strays(alone.final)
-    most = pair.share > MOST and not pair.held_share < MOST
-    return material and most and pair.evidence > EVIDENCE
+    material = gained(alone.final, both.final) >= MATERIAL and pair.evidence > EVIDENCE
+    return material and pair.share > MOST and not pair.held_share < MOST
 
 
 def _pair(both: Verdict, alone: Verdict) -> Candidate:

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from .effects.base import FINE, Effect
+from .effects.base import FINE, PLACES, Effect
 from .law import TRUST, Law, TimeFit
 from .outset import begin, outsets
 from .pair import across
@@ -21,8 +21,7 @@ from .timefit import best_fit, extend, misfits, walked
 RUNNERS = 2  # starting places of an effect that are fitted
 HALF = 0.5  # share of the record up to which all go
 HORIZONS = (0.15, 0.3, HALF, 0.7, 1.0)  # shares of the fitted part: a phase must not slip
-APART = 8  # places on the body, the first ones, that are farthest apart
-MANY = 16  # places, above which the best of those is tried as well
+APART = 8  # places on the body, the reference first, then those that are farthest apart
 PERIODS = 2.0  # of the first mode that a share must hold
 WORTH = 0.6  # of the best one's gain by half of the record
 TELLS = 0.4  # share, by then, of all that two effects must tell: one of them may show later
@@ -35,7 +34,7 @@ CLOSE = 3.0  # misfit that a last look of a search gains; what is found is sharp
 CLOSELY, LOOSELY = 1e-5, 3e-4  # the same as a share: of an effect that is marched, and beside one
 LOST = 0.5  # of its gain, that finer steps take from a search that coarse ones led astray
 LOOKS, CHEAP = 10, 30  # of a search, at most: with forces to march, and without
-FIRST = 3  # of one from many places on the whole record, after which the best few go on
+FIRST = 3  # looks of one from many places on the whole record, after which the best few go on
 HINT = 0.3  # as WORTH, of what the first looks of a search without a march gain
 GLANCES = 8  # of one without, after which those that lag behind end
 NAMESAKES = 2  # of those of one effect, of as many markers, the best that go on
@@ -69,7 +68,7 @@ class Begun:
     """Where a search stands by half of the record."""
 
     places: np.ndarray  # (S, p)
-    misfit: float  # on the record so far; NaN where it has not begun
+    misfit: float  # on the record so far; NaN where none of its shares ends by then
     whole: bool = False  # whether that is all of it
 
 
@@ -79,12 +78,14 @@ def race(one: Try) -> TimeFit:
 
 
 def begun(one: Try) -> Begun:
-    """The search on the first shares of the record; the first looks of one without a march."""
+    """The search on the first shares of the record; the first looks of one without a march, and of
+    one that has only the whole record and many places to begin.
+    """
     effect, places = one.effect, _places(one)
     first = _shares(one, HALF) if effect.marched else [1.0]
-    if not first and len(places) > RUNNERS:  # on the whole of it, so that few go on
-        places = np.array([p for p, _, _ in walked(one.law, places, [1.0], FIRST, RUNNERS)])
     if not first:
+        if len(places) > RUNNERS:  # on the whole of it, so that few go on
+            places = np.array([p for p, _, _ in walked(one.law, places, [1.0], FIRST, RUNNERS)])
         return Begun(places, np.nan)
     looks = LOOKS if effect.marched else GLANCES
     walks = walked(one.law, places, first, looks)
@@ -102,7 +103,7 @@ def _places(one: Try) -> np.ndarray:
     """(S, p) where the search begins."""
     start, effect = one.outset or one.start, one.effect
     begins = [one.begins[i] for i in unlike(effect, one.begins, one.promise)]
-    if effect.force and effect.places > MANY:  # by a test to first order the best may be by chance
+    if effect.force and effect.places > PLACES:  # of so many the best may be one by chance
         firsts = {tuple(place) for place in start.law.setting.places[:APART]}
         near = [i for i, b in enumerate(one.begins) if tuple(b[len(effect.low) :]) in firsts]
         some = [one.begins[i] for i in near]

@@ -24,12 +24,19 @@ def at_once(amplitude: np.ndarray, pole: np.ndarray, late: np.ndarray | None) ->
     return amplitude if late is None else amplitude * np.exp(-np.outer(pole, late.mean(axis=0)))
 
 
-def overtone(amplitude: np.ndarray) -> np.ndarray:
-    """(C,) complex: how a swing with amplitudes (C,), u and v of every marker in turn, sounds at
-    twice its pitch where rows are late, up to a factor: a marker that moves to another row is seen
-    at another instant, so much later as v is larger, by so much more as it moves faster.
+def height(camera) -> float:
+    """px from a picture's first row to its last."""
+    return camera.image_size[1] or 2 * camera.principal_point[1]
+
+
+def overtone(amplitude: np.ndarray, pole: complex, readout: float) -> np.ndarray:
+    """(C,) complex amplitudes, px, at twice the pitch of a swing with amplitudes (C,), u and v of
+    every marker in turn, and `pole`, 1/s, that is read out with `readout`, s a row.
+
+    A marker is seen later by what it has moved down the picture, in which time it moves on: to
+    first order a(t) + a'(t) readout v(t).
     """
-    return amplitude * np.repeat(amplitude[1::2], 2)
+    return pole * readout * amplitude * np.repeat(amplitude[1::2], 2) / 2
 
 
 def later(omega: np.ndarray, zeta: np.ndarray, motion: tuple, delay: np.ndarray) -> tuple:

@@ -128,8 +128,8 @@ def counts_second(first: Candidate, second: Candidate, over: float) -> bool:
     """Whether a second effect is material, and takes most of what the first leaves, in this body.
 
     It may be small beside the first where it leaves nothing but noise, held out too. Where the
-    first is off ahead, and tells what was fitted or leaves there what the second tells, what mends
-    that counts, however little it is.
+    first is off ahead, what mends that counts, however little it is: if the first tells what was
+    fitted, or the second all that it leaves there.
     """
     if bends_the_body(second.found):
         return False

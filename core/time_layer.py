@@ -216,7 +216,7 @@ def _again(asked: list) -> list[list[Candidate]]:
 
 
 def _anew(one: Try) -> list[Try]:
-    """The search from all strengths, for two modes close together make a short part of the record
+    """The search from many starts, for two modes close together make a short part of the record
     look like what it is not; and from where the damping is less, if the effect damps.
     """
     out = [_from_all(one)]
@@ -227,7 +227,7 @@ def _anew(one: Try) -> list[Try]:
 
 
 def _from_all(one: Try) -> Try:
-    """The search from all strengths on the whole record."""
+    """The search on the whole record, from as many starts as there are strengths."""
     strengths = {begin[: len(one.effect.low)] for begin in one.begins}
     return replace(one, runners=len(strengths), horizons=(1.0,))
 

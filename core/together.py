@@ -1,8 +1,9 @@
 """Two effects at once, for neither may show as long as the other one is missing.
 
 Beside each of the best single effects a second one is sought. Where that does not tell all, and
-one mode or two do, those of the library are also sought two by two, from all their strengths, on
-growing shares of the record: a joint score test tells which two, the first swings from where.
+one mode or two do and few numbers are searched, those of the library are also sought two by two,
+from all their strengths, on growing shares of the record: a joint score test tells which two, the
+first swings from where.
 """
 
 from dataclasses import replace

@@ -8,6 +8,7 @@ import numpy as np
 
 UNSURE = 0.1  # of the most that a place shares in a higher mode, that computed shapes are off
 FAINT = 3.0  # standard deviations that an effect's strength is away from nought at least
+PLACES = 16  # on the body, beside the reference, where a search for a force may begin
 FINE = 32  # steps per period of the first mode; only added forces see them, smooth ones squared
 KNOWN = 1e-7  # of a motion that a basis has not, below which it is rounding
 SAME_SHAPE = 0.7  # share of a second motion along a mode's shape that makes it a mere companion
@@ -119,7 +120,7 @@ class Effect:
     high: tuple[float, ...] = ()
     starts: Callable | None = None
     force: Callable | None = None
-    places: int = 16  # on the body, beside the reference, where a search for the force may begin
+    places: int = PLACES
     axes: int = 1  # of the force at its place; mode 1 moves that along the first one alone
     acceleration: Callable | None = None
     scales: bool = False  # theta's first number is the strength, either way of which it may act

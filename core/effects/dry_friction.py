@@ -71,7 +71,7 @@ EFFECT = Effect(
         (0.003, np.log(2.0)),
     ],
     force=force,
-    places=48,  # from a few of them a search on many modes goes astray
+    places=48,  # with many modes none of a few may be near
     sudden=True,
     report=report,
     veto=too_faint,

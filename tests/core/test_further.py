@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from core.all_told import _mimics, cleared, modes_of, tells_all
+from core.data import poles
 from core.effects import large_amplitude, lost_frames
 from core.effects.further_mode import further_mode, pitch_of
 from core.further import _staying
@@ -151,26 +152,32 @@ def seen_by(camera):
     """A take of six markers in a picture, or of twelve along one axis."""
     recording = SimpleNamespace(camera=camera)
     take = SimpleNamespace(loads=(), recording=recording)
-    return SimpleNamespace(support=np.zeros(12, bool), take=take)
+    return SimpleNamespace(support=np.zeros(12, bool), take=take, frame=0.01)
+
+
+def rolling(readout):
+    return SimpleNamespace(readout=readout, image_size=(1280, 720))
 
 
 @pytest.mark.parametrize(
-    ("camera", "late", "shown"),
+    ("camera", "late", "size", "shown"),
     [
-        (SimpleNamespace(readout=None), True, False),
-        (SimpleNamespace(readout=0.01), True, True),  # that is taken out
-        (None, True, True),  # no rows
-        (SimpleNamespace(readout=None), False, True),  # another motion
+        (rolling(None), True, 0.9, False),
+        (rolling(0.01), True, 0.9, True),  # that is taken out
+        (None, True, 0.9, True),  # no rows
+        (rolling(None), False, 0.9, True),  # another motion
+        (rolling(None), True, 3.0, True),  # no readout makes so much
     ],
 )
-def test_what_late_rows_sound_like_at_twice_a_pitch_is_no_mode(camera, late, shown):
+def test_what_late_rows_sound_like_at_twice_a_pitch_is_no_mode(camera, late, size, shown):
     rng = np.random.default_rng(6)
-    first, other = rng.standard_normal((2, 12)) + 1j * rng.standard_normal((2, 12))
-    double = 0.01 * (overtone(first) if late else other)
+    first, other = 40 * (rng.standard_normal((2, 12)) + 1j * rng.standard_normal((2, 12)))
+    made = overtone(first, complex(poles(5.0, 0.02)), 0.01 / 720)
+    double = size * made if late else other * np.linalg.norm(made) / np.linalg.norm(other)
     ring = SimpleNamespace(
-        frequency=np.array([5.0, 17.0, 10.1]),
-        damping_ratio=np.full(3, 0.02),
-        amplitude=np.array([first, rng.standard_normal(12), double]),
+        frequency=np.array([5.0, 17.0, 10.1, 26.0]),
+        damping_ratio=np.full(4, 0.02),
+        amplitude=np.array([first, rng.standard_normal(12), double, rng.standard_normal(12)]),
     )
     law = SimpleNamespace(
         takes=(seen_by(camera),),
@@ -188,7 +195,7 @@ def test_what_late_rows_sound_like_at_twice_a_pitch_is_no_mode(camera, late, sho
     )
     body = SimpleNamespace(modes=SimpleNamespace(frequency=np.array([5.0, 17.0, 30.0])))
     told = modes_of(found, 0, SimpleNamespace(modes=(0, 1)), body, ring)
-    assert told == ([(10.1, 0.02)] if shown else [])
+    assert told == [*([(10.1, 0.02)] if shown else []), (26.0, 0.02)]
 
 
 @pytest.mark.parametrize(("faintest", "count"), [(0.0, 2), (5e-3, 1)])

@@ -11,7 +11,7 @@ from core.baseline import _places, behind, build_law
 from core.channels import Channels
 from core.compare import Measured, compare, rematched
 from core.data import RingDown
-from core.diagnosis import _add_second, _if_all_told
+from core.diagnosis import _add_second, _does_more, _if_all_told, _pair
 from core.effects import (
     TIME_EFFECTS,
     air_drag,
@@ -811,16 +811,23 @@ def test_what_mends_the_tail_counts_as_a_second_effect():
     assert not counts_second(judge(("contact",), found, found), first, 0.1)
 
 
-@pytest.mark.parametrize(("left", "counts"), [(0.0, True), (0.8, False)])
-def test_what_tells_all_that_a_first_effect_leaves_counts_however_little(left, counts):
-    """Over the noise where it was fitted, but a trifle of the motion, and off ahead."""
+@pytest.mark.parametrize(
+    ("ahead", "left", "counts"),
+    [
+        (2.0, 0.0, True),
+        (2.0, 0.8, False),  # most of it is left
+        (1.0, 0.0, False),  # it hardly shows ahead
+    ],
+)
+def test_what_tells_all_that_a_first_effect_leaves_counts_however_little(ahead, left, counts):
+    """Over the noise where it was fitted, but a trifle of the motion."""
     noise = 0.05 * NOISE
     rest = (NOISE - noise) * np.random.default_rng(1).standard_normal((len(TIME), 4))
     found = declared(channels(moved(seed=1) - rest, sigma=noise))
 
     def leaves(much):
         data = found.law.takes[0]
-        part = np.where(data.fit, 1.5, 2.0)[:, None] * much * noise
+        part = np.where(data.fit, 1.5, ahead)[:, None] * much * noise
         off = ((data.values - found.predicted[0] - part) / data.sigma)[data.fit]
         chi2 = float((off**2).sum())
         return replace(found, predicted=(found.predicted[0] + part,), chi2=chi2)
@@ -830,6 +837,21 @@ def test_what_tells_all_that_a_first_effect_leaves_counts_however_little(left, c
     second = judge(("stiffness_drift",), leaves(left), first.found)
     assert gained(first.found, second.found) < MATERIAL
     assert counts_second(first, second, 0.1) is counts
+
+
+@pytest.mark.parametrize(("ahead", "told"), [(3.0, True), (1.0, False)])
+def test_two_effects_tell_more_than_one_that_is_quiet_but_far_off_ahead(ahead, told):
+    declared_fit = declared(channels(moved(seed=1)))
+    far = leaving(declared_fit, 1.0, 1.0)
+    held = ~declared_fit.law.takes[0].fit
+    shift = declared_fit.predicted[0] + ahead * NOISE * held[:, None]
+    off = replace(declared_fit, chi2=0.97 * declared_fit.samples, predicted=(shift,))
+    one, two = (judge((name,), off, far) for name in ("contact", "relaxation"))
+    alone = Verdict("explained", ((None, far), ("contact", off)), (one,), ((),), (), ())
+    chain = ((None, far), ("contact", off), ("relaxation", declared_fit))
+    both = Verdict("explained", chain, (one, two), ((), ()), (), ())
+    assert np.isnan(_pair(both, alone).share)  # there was nothing to take
+    assert _does_more(both, alone) is told
 
 
 def test_what_is_off_ahead_of_a_quiet_fit_is_sought():
