@@ -49,10 +49,14 @@ def weakens(declared: TimeFit, best: Candidate) -> bool:
 
 def weakens_rather(declared: TimeFit, both: TimeFit, rub: Candidate) -> bool:
     """Whether one rub that weakens with speed adds to the plain `rub` what the two effects of a fit
-    add, or nearly that: one law that is not known is likelier than two that are.
+    add, or nearly that: one law that is not known is likelier than two that are, unless only the
+    two leave nothing but noise.
     """
     plain = sharp(rub.found)
     fits = plain, sharp(both), _weakened(plain)
+    noisy = [found.chi2 >= NOISY * found.samples for found in fits[1:]]
+    if noisy == [False, True]:
+        return False
     alone, pair, weak = (judge(rub.names, found, declared).evidence for found in fits)
     return weak > alone + EVIDENCE and weak - alone > NEARLY * (pair - alone)
 

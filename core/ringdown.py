@@ -48,7 +48,8 @@ def find_release(time: np.ndarray, signals: np.ndarray) -> tuple[float, float]:
     even = even / floor
     lag, period = _period(even)
     energy = _energy(even, lag, period)
-    peak = int(np.argmax(energy))
+    half = min(period // 2, (len(even) - 1) // 3)  # near either end a period is not known whole
+    peak = half + int(np.argmax(energy[half : len(even) - half]))
     if energy[peak] < STANDS_OUT:
         raise RecordingError(
             "Release: nothing moves beyond the recording's noise. Release it from further out, or "
@@ -57,9 +58,10 @@ def find_release(time: np.ndarray, signals: np.ndarray) -> tuple[float, float]:
     last = _end(energy, peak, period, max(SUNK, 3 * np.sqrt(3 / (period * even.shape[1]))))
     first = _begin(even, peak, last, period)
     loud = int(np.argmax(energy > energy[peak] / 4))
-    if last - first < BRIEF * period and (energy[loud:] > energy[peak] / DRIVEN).all():
+    lasts = len(even) - 1 - loud - half >= BRIEF * period > last - first
+    if lasts and (energy[loud:] > energy[peak] / DRIVEN).all():
         last = len(even) - 1  # something drives it on: there is no fall to find
-        first = _begin(even, loud, last, period)
+        first = _begin(even, loud + half, last, period)
     if last - first < FEWEST_FRAMES:
         first, last = max(0, min(first, len(even) - FEWEST_FRAMES)), len(even) - 1
     return float(time[0] + first * dt), float(min(time[0] + last * dt, time[-1]))

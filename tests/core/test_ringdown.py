@@ -80,6 +80,21 @@ def test_a_quiet_camera_finds_the_release_to_the_frame_however_slowly_it_swings(
         assert np.searchsorted(time, start - 1e-9) == 36
 
 
+@pytest.mark.parametrize("swings", [2.6, 3.2, 3.8, 4.4, 5.5, 8.0])
+def test_a_struck_object_was_still_however_few_of_its_swings_were_filmed(swings):
+    """So few hardly die away, as what is driven does not; and their energy is uneven."""
+    pitches, fps = np.array([1.5516, 4.037, 12.1]), 240
+    shapes = np.array([[1.0, 0.7, 0.4, 0.2], [0.1, -0.2, 0.1, 0.3], [-0.3, 0.1, 0.3, 0.2]])
+    time = np.arange(int((0.41 + swings / pitches[0]) * fps)) / fps
+    after = np.maximum(time - 0.41, 0)[:, None]
+    waves = np.exp(-0.04 * pitches * after) * np.sin(2 * np.pi * pitches * after)
+    y = waves @ shapes
+    for seed in range(4):
+        noise = np.random.default_rng(seed).standard_normal(y.shape)
+        start, _ = find_release(time, y + 0.004 * noise)
+        assert abs(start - 0.41) * fps < 4
+
+
 def test_a_second_blow_ends_the_ring_down():
     rng = np.random.default_rng(0)
     y = (let_go(CLIP, 1.0) + struck(CLIP, 5.0, 0.5))[:, None] + 0.003 * rng.standard_normal(
