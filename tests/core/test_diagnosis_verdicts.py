@@ -547,10 +547,6 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="what late rows sound like at twice a pitch is no mode",
         ),
         pytest.param(
-            "two:dry_friction+stiffness_drift", 884657, {"dry_friction", "stiffness_drift"}, 1.5,
-            id="a rub that weakens leaves more than noise where a rub and a drift do not",
-        ),
-        pytest.param(
             "compliant_pin", 993311, {"compliant_pin"}, 1.1,
             id="a body that is struck was still, however few of its swings were filmed",
         ),

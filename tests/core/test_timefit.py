@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from core import foils
 from core.baseline import _places, behind, build_law
 from core.channels import Channels
 from core.compare import Measured, compare, rematched
@@ -481,6 +482,20 @@ def test_two_effects_do_not_stand_in_for_a_rub_that_weakens(force, told):
     rub = judge(("dry_friction",), raced(found, dry_friction.EFFECT), found)
     both = raced(rub.found, contact.ABOVE)
     assert weakens_rather(found, both, rub) is told
+
+
+@pytest.mark.parametrize(("left", "told"), [(1.03, False), (1.4, True)], ids=["noise", "more"])
+def test_two_effects_that_alone_leave_noise_are_no_rub_that_weakens(left, told, monkeypatch):
+    """Though that tells nearly as much: of so loud a motion what is left is little all the same."""
+    plain, both, weak = (
+        SimpleNamespace(chi2=1e4 * chi, samples=1e4, evidence=evidence)
+        for chi, evidence in ((3.7, 3.2e5), (left, 5.55e5), (1.44, 5.5e5))
+    )
+    monkeypatch.setattr(foils, "sharp", lambda found: found)
+    monkeypatch.setattr(foils, "_weakened", lambda found: weak)
+    monkeypatch.setattr(foils, "judge", lambda names, found, declared: found)
+    rub = SimpleNamespace(names=("dry_friction",), found=plain)
+    assert weakens_rather(None, both, rub) is told
 
 
 def test_in_a_plane_a_rub_weakens_with_speed_whichever_way_it_goes():
