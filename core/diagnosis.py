@@ -147,17 +147,21 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     if over < WEAK and not fails(declared) and more_modes(declared, strong):
         return Verdict("adequate", chain, (), (), ranked, ())
     strong = widened(strong, declared, widen)
-    alone, known = None, {}
-    if strong and sufficient(strong[0], ENOUGH):
-        if is_broken(declared, strong[0]):
-            return Verdict("unexplained", chain, (), (), ranked, ())
-        if weakens(declared, strong[0]):
-            return partly(chain, strong[0], strong, ranked)
-        single, known = _add_second(chain, strong, ranked, over)
-        alone = unless_it_weakens(single, able)
-        if not _lacks(alone) and not _loud(alone):
+    alone, known, done = _one(chain, (able, ranked, strong), over)
+    if done:
+        return alone
+    late = passed_over(left, able, declared)
+    able = [*able, *late]
+    most = max((c.evidence for c in strong), default=EVIDENCE)
+    ahead = [c for c in late if not c.outdone and c.evidence > most]
+    if ahead and alone is None:  # it only fell behind by half of the record
+        ranked, strong = (
+            sorted([*ahead, *some], key=lambda c: -c.evidence) for some in (ranked, strong)
+        )
+        ranked, strong = tuple(ranked), widened(strong, declared, widen)
+        alone, known, done = _one(chain, (able, ranked, strong), over)
+        if done:
             return alone
-    able = [*able, *passed_over(left, able, declared)]
     both = by_two(chain, (able, ranked, strong, known), over, widen)
     # such two as owe a little are named all the same: they tell more than one of them
     told = both.verdict == "explained" and not owes(both.final, declared)
@@ -168,6 +172,23 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     if both.verdict == "unexplained" and both.effects and alone and _lacks(alone):
         told = _pair(both, alone).evidence > EVIDENCE  # none explains: the likelier parts
     return both if alone is None or told else alone
+
+
+def _one(chain, singles: tuple, over: float) -> tuple[Verdict | None, dict, bool]:
+    """What the best single effect says, and a second one beside it where that shows, or None where
+    it is not enough; what was sought beside single effects, by their fits; whether that is all.
+    singles: all, those that may be there alone, and the strong ones.
+    """
+    declared, (able, ranked, strong) = chain[0][1], singles
+    if not strong or not sufficient(strong[0], ENOUGH):
+        return None, {}, False
+    if is_broken(declared, strong[0]):
+        return Verdict("unexplained", chain, (), (), ranked, ()), {}, True
+    if weakens(declared, strong[0]):
+        return partly(chain, strong[0], strong, ranked), {}, True
+    single, known = _add_second(chain, strong, ranked, over)
+    alone = unless_it_weakens(single, able)
+    return alone, known, not _lacks(alone) and not _loud(alone)
 
 
 def _is_read_off(verdict: Verdict) -> bool:

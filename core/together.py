@@ -19,7 +19,7 @@ from .outset import begin, outsets
 from .race import TELLS, Try, race, raced, unlike
 from .read_off import jumps
 from .refit import turned
-from .residual import NOISY, bic
+from .residual import AHEAD, NOISY, bic, strays
 from .side_by_side import in_step_by_parts
 from .time_layer import (
     EVIDENCE,
@@ -74,12 +74,27 @@ def _marches_cheaply(start: TimeFit) -> bool:
     return len(start.parameters) <= MANY
 
 
-def _beside(start: TimeFit, ranked: list[Candidate], known: dict):
-    """Candidates of the best single effects and what shows beside each."""
+def _beside(start: TimeFit, ranked: list[Candidate], known: dict) -> list[Candidate]:
+    """Candidates of the best single effects and what shows beside each; of the next best too, where
+    one by itself tells what was fitted and no two of these tell what comes: it has bent to do what
+    two others do.
+    """
     strong = [single for single in ranked if single.evidence >= EVIDENCE]
     fitting = sorted(strong, key=lambda single: bic(single.found))
     most = CHEAPLY if _marches_cheaply(start) else BEAM
     first = list(dict.fromkeys([*strong[:BEAM], *fitting[:most]]))
+    others = [single for single in fitting if single not in first]
+    found = _showing(start, first, known, others)
+    tells = [c for c in [*first, *found] if c.found.chi2 < NOISY * c.found.samples]
+    if tells and all(strays(c.found, AHEAD) for c in tells):
+        found += _showing(start, others[:CHEAPLY], known, [])
+    return found
+
+
+def _showing(start: TimeFit, first: list[Candidate], known: dict, others: list[Candidate]):
+    """Candidates of the `first` effects and what shows beside each, and of the `others` and jumps
+    that show beside those.
+    """
     new = [single for single in first if single.found not in known]
     beside = list(zip(new, seconds(new, [start] * len(new), start), strict=True))
     for single in first:
@@ -88,7 +103,7 @@ def _beside(start: TimeFit, ranked: list[Candidate], known: dict):
         # of what is sought here `worth` leaves out the like
         able = [c for c in again if c.found.law.effects[-1].clock or not c.share < TELLS]
         beside.append((single, able))
-    beside += _with_jumps(start, [single for single in strong if single not in first])
+    beside += _with_jumps(start, others)
     found = [
         (single, candidate)
         for single, some in beside
