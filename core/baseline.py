@@ -9,8 +9,8 @@ from .data import RingDown
 from .effects.base import Setting
 from .elasticity import surface_quadrature
 from .law import Law
+from .skin import few
 
-SKIN = 100  # points of the surface at which drag is summed
 PLACES = 48  # where a force may sit, in each direction
 PLANES = 12  # where it may rub in a plane
 WAYS = (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0)  # of another mode's direction to one of the first's
@@ -124,13 +124,9 @@ def with_body(law: Law, data: Channels, body, turn: np.ndarray) -> Law:
     first = np.linalg.norm(moved[:, :, 0], axis=1)
     places, levers = _places(moved, first)
     facing = np.einsum("qi,qik->qk", normals, moved)
-    work = (np.abs(facing) * (moved**2).sum(axis=1)).T / 2 * areas  # (K, q) of the drag in a mode
-    area = float(work[0].sum())
-    chance = (work / np.maximum(work.sum(axis=1, keepdims=True), 1e-300)).sum(axis=0)
-    chance = chance / chance.sum()
-    pick = np.random.default_rng(0).choice(len(areas), SKIN, p=chance)
+    area = float((np.abs(facing[:, 0]) * first**2 / 2) @ areas)
+    pick, share = few(moved, facing, areas)
     skin = np.swapaxes(moved[pick], 1, 2)
-    share = areas[pick] / chance[pick]
     share = share / (share * first[pick] ** 2 * np.abs(facing[pick, 0])).sum()  # work 1 in mode 1
     wind = skin * share[:, None, None] * (masses[0] / masses)[None, :, None]
     setting = replace(

@@ -1,7 +1,6 @@
 """Force against the motion that grows with speed squared: air, water.
 
 Law         traction = c |v| v per unit of surface seen from the motion: c (n v) v where n v > 0
-            (half of |n v| on either side, which is the same for a body alike on both)
 Tells       the damping ratio falls with the amplitude while the pitch stays
 Looks like  dry_friction the other way round; an extra mode of the same shape
 Source      Blevins, Flow-Induced Vibration (1990), ch. 6
@@ -21,7 +20,7 @@ def acceleration(theta, setting):
 
     def push(state):
         v = np.ascontiguousarray(state.v)
-        into = np.abs(facing @ v)
+        into = 2 * np.maximum(facing @ v, 0.0)
         return strength * ((work @ into).reshape(K, K, len(theta)) * v).sum(axis=1)
 
     return push
