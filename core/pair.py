@@ -2,15 +2,16 @@
 
 import numpy as np
 
-from .effects.partner import AT_BOUND, Where, crossing, partner
+from .effects.partner import AT_BOUND, SPREAD, Where, crossing, partner
 from .law import Law, TimeFit, unpack
 from .match import SPLIT
 from .refit import led, swapped, without
 from .residual import EVIDENCE, NOISY, SHARE, pays
 from .settle import displaced
-from .timefit import best_fit, extend, misfits, walked
+from .timefit import best_fit, extend, fit, misfits, walked
 
 LOOKS = 20  # of a search
+TO_THE_END = 100  # of one that may still be on its way
 FORCE = 0.5  # of what that motion leaves, that the force must take to be one
 LEFT = 3.0  # misfit per sample: a free motion that leaves more may stand for anything
 HINT = 0.5  # of that, which its columns could take before anything is searched
@@ -29,6 +30,9 @@ def with_partner(found: TimeFit, k: int, gap: float, take: int = 0) -> TimeFit:
     wider = _wider(found, effect)
     if not pays(wider, found) or effect.veto(wider) or displaced(wider, found):
         return found
+    if gap > SPREAD:  # two pitches that lie apart trade their swings along a flat valley
+        longer = fit(wider.law, wider.parameters, evaluations=TO_THE_END)
+        wider = wider if effect.veto(longer) or displaced(longer, found) else longer
     return found if _parts(wider, partner(at, SPLIT), gap) else wider
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from .effects.further_mode import is_further, ran_off
+from .foretold import doubt
 from .law import TRUST, TimeFit
 from .refit import without
 from .residual import AHEAD, NOISY, errors, excess, misfit, noise_share, strays
@@ -24,9 +25,11 @@ LOUD = 0.05  # of the strongest mode, from which another one's size shows
 
 
 def fails(declared: TimeFit) -> bool:
-    """Whether what was held out is predicted worse than its noise allows."""
+    """Whether what was held out is predicted worse than its noise allows, and what the fitted part
+    cannot tell.
+    """
     left, count = misfit(declared.law.takes, declared.predicted, True)
-    return left > NOISY * count
+    return left > NOISY * count and left > NOISY * (count + doubt(declared))
 
 
 def bends_the_body(found: TimeFit) -> bool:

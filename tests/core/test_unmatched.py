@@ -8,10 +8,16 @@ import pytest
 from core.unmatched import LOUD, FurtherMode, of_the_body, unfolded_mode
 
 
-def heard():
-    """A body with three modes apart, the first of which was matched."""
+def heard(rate=1000.0):
+    """A body with three modes apart, the first of which was matched, at 2 Hz."""
     modes = SimpleNamespace(frequency=np.array([1.0, 2.5, 4.0]))
-    return SimpleNamespace(body=SimpleNamespace(modes=modes), match=SimpleNamespace(modes=(0,)))
+    law = SimpleNamespace(fitted=[0])
+    return SimpleNamespace(
+        body=SimpleNamespace(modes=modes),
+        match=SimpleNamespace(modes=(0,)),
+        free=SimpleNamespace(frequency=np.array([2.0]), law=law),
+        takes=(SimpleNamespace(frame=1 / rate),),
+    )
 
 
 @pytest.mark.parametrize(
@@ -27,6 +33,17 @@ def test_a_faint_mode_tells_of_the_body_where_it_moves_as_one_of_its_own(shape, 
     shape = np.r_[shape, np.zeros(4 - len(shape))]
     one = FurtherMode(7.0, 0.02, shape, 1e-3, loud, 4)
     assert of_the_body([one], np.eye(3, 4), heard()) == ([one] if tells else [])
+
+
+@pytest.mark.parametrize(
+    ("seen_at", "rate", "tells"),
+    [(7.0, 1000.0, True), (7.7, 1000.0, False), (3.2, 1000.0, True), (3.2, 11.5, False)],
+    ids=["below the highest", "above what was computed", "far lower", "rather its fold"],
+)
+def test_a_faint_mode_tells_of_the_body_where_it_was_computed(seen_at, rate, tells):
+    """The mode that it moves as lies at 8 Hz, which at 11.5 frames/s is seen at 3.5 Hz."""
+    one = FurtherMode(seen_at, 0.02, np.array([0.1, 0.1, 1.0, 0.0]), 1e-3, 0.001, 4)
+    assert of_the_body([one], np.eye(3, 4), heard(rate)) == ([one] if tells else [])
 
 
 def unlike(channels, seed):
