@@ -168,7 +168,9 @@ def told_diagnosis(heard: Heard, verdict: Verdict, extra: dict) -> dict:
         "budget": extra["budget"],
         "advice": extra["advice"] + advise(names, twins, len(heard.match.modes), extra["verdict"]),
         "minor": [
-            {"name": n, "share": float(min(s, 1))} for n, s in (*verdict.minor, *extra["minor"])
+            {"name": n, "share": float(min(s, 1))}
+            for n, s in (*verdict.minor, *extra["minor"])
+            if n not in names  # in part it may be one that the body's modes take up
         ],
     }
 
