@@ -39,7 +39,9 @@ def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
     if both and _needs_another_body(found, both[0]):
         both = []
     least = strong[0].evidence if strong else 0.0
-    one = one_of(declared, both[0].found, over, least) if both else None
+    # two that are no explanation may have led to one that is
+    led = next(iter([*both, *found]), None)
+    one = one_of(declared, led.found, over, least) if led else None
     if one and weakens(declared, one):
         return partly(chain, one, strong, ranked)
     if one:
