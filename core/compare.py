@@ -23,6 +23,7 @@ UNSEEN = 1e-9  # weight of a channel that shows no mode
 DEPENDENT = 1e-12  # squared sine below which two modes look the same
 MIXING = 0.01  # half of the stiffness that a body may be off by, relatively: over that distance it
 # is the share by which they do
+STRANGE = 9.0  # misfit of a faint mode's pitch from which it is taken for none of the body's
 LIKE = 0.4  # MAC from which a computed mode may be a measured one
 FIRST = 3  # of the lowest computed modes, that the first measured one may be
 
@@ -38,6 +39,7 @@ class Measured:
     sag: np.ndarray | None = None  # (C,) offset by which the weight moved the channels
     softer: float = 1.0  # static over dynamic stiffness, where a relaxation was found
     sag_error: float = 0.05  # relative: geometry, density and creep
+    faint: int = 0  # the last so many are faint, and may be none of the body's modes
 
     @cached_property
     def weight(self) -> np.ndarray:
@@ -175,6 +177,12 @@ def _mixed(modes, wanted, gap, many: float) -> tuple[np.ndarray, float]:
     return part, keep @ part**2
 
 
+def _pulled(ratio: np.ndarray, weight: np.ndarray) -> tuple[float, np.ndarray]:
+    """The weighted mean of the logarithms, and how far each is off, in standard deviations."""
+    mean = float((weight @ ratio) / weight.sum())
+    return mean, (ratio - mean) * np.sqrt(weight)
+
+
 def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
     """The hypothesis with these partners, None where it costs no less than `most`."""
     chosen = own[list(partners)]
@@ -187,9 +195,13 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
         if size > 0:
             ratio = np.r_[ratio, -0.5 * np.log(size)]
             weight = measured.weight
-    log_root = (weight @ ratio) / weight.sum()
-    pull = (ratio - log_root) * np.sqrt(weight)
-    whole = float(pull @ pull)
+    log_root, pull = _pulled(ratio, weight)
+    strange = np.zeros(len(ratio), bool)
+    if measured.faint:
+        strange = (np.arange(len(ratio)) >= len(chosen) - measured.faint) & (pull**2 > STRANGE)
+        strange[len(chosen) :] = False
+        log_root, pull = _pulled(ratio, np.where(strange, 0.0, weight))
+    whole = float(pull @ pull) + STRANGE * strange.sum()
     if not whole < most:
         return None
     modulus = float(np.exp(2 * log_root))
@@ -197,6 +209,10 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
         sag = unit / modulus / measured.softer
     fitted, chi2 = [], []
     for k, j in enumerate(partners):
+        if strange[k]:
+            fitted.append(measured.shapes[k])
+            chi2.append(0.0)
+            continue
         gap = np.abs(own / own[j] - 1)
         near = gap < TURNED
         pair = shapes[near]

@@ -16,7 +16,7 @@ from .law import TimeFit, replace
 from .match import PAIR
 from .parameters import inflation
 from .twins import bent, creeps, softer, twins
-from .unmatched import further_modes, of_the_body, unfolded_mode
+from .unmatched import LOUD, further_modes, of_the_body, unfolded_mode
 from .verdict import Verdict
 
 UNSURE = 2.0  # of a pitch's standard deviation, by which it is off: a faint pole may be two modes
@@ -47,6 +47,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     body = heard.body
     further = [unfolded_mode(one, body.seen(data), heard, final) for one in further_modes(verdict)]
     further = of_the_body(further, body.seen(data), heard)
+    further = sorted(further, key=lambda one: one.loud <= LOUD)  # the faint ones last
     model_error = sigma[list(heard.match.modes)]
     model_error = np.r_[model_error, np.full(len(further), sigma.max())]
     at = [*range(final.law.modes), *(one.at for one in further)]
@@ -88,6 +89,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         sag,
         softer(final)[0],
         CREPT if creeps(verdict) else SETTLED,
+        sum(one.loud <= LOUD for one in further),
     )
     shrink = 1 / (1 + stiff)
     values = (2 * np.pi * body.modes.frequency) ** 2 * shrink
