@@ -9,7 +9,7 @@ from scipy.linalg import block_diag, eigh
 
 from core.all_told import damps_alike
 from core.boundary import face_points
-from core.compare import Measured, compare
+from core.compare import STRANGE, Measured, compare
 from core.data import Material
 from core.effects import added_mass, compliant_pin, graded_stiffness, poisson_ratio
 from core.elasticity import assemble, hold, lump_operator, lump_radius
@@ -215,6 +215,26 @@ def test_a_shape_tells_a_mode_by_what_of_it_is_no_noise(noise, mode):
         pitch[[0, 2]], np.full(2, 0.003), shapes[:2], np.broadcast_to(error, (2, 12))
     )
     assert compare(measured, (2 * np.pi * pitch) ** 2, shapes).modes == (0, mode)
+
+
+def test_a_faint_mode_far_off_its_pitch_moves_nothing():
+    """What moves as the last one does, and lies where none is, may be the fold of a higher one."""
+    shapes = np.linalg.qr(np.random.default_rng(7).standard_normal((12, 4)))[0].T
+    own, error = np.array([3.0, 7.0, 9.0, 15.0]), 0.003
+    values = (2 * np.pi * own) ** 2
+    heard = Measured(
+        own * np.array([1.0, 1.002, 0.999, 0.8]), np.full(4, error), shapes, np.full((4, 12), 0.02)
+    )
+    without = Measured(heard.frequency[:3], heard.error[:3], shapes[:3], np.full((3, 12), 0.02))
+    true = compare(without, values, shapes)
+    loud, faint = compare(heard, values, shapes), compare(replace(heard, faint=1), values, shapes)
+    assert faint.modulus == pytest.approx(true.modulus, rel=1e-9)
+    assert faint.chi2 == pytest.approx(true.chi2 + STRANGE)
+    assert loud.chi2 > 1000 and abs(loud.modulus / true.modulus - 1) > 0.05
+    near = replace(heard, faint=1, frequency=own * np.array([1.0, 1.002, 0.999, 1.004]))
+    assert compare(near, values, shapes).chi2 == pytest.approx(
+        compare(replace(near, faint=0), values, shapes).chi2
+    )  # one that is where it was computed counts as any
 
 
 def test_what_parts_one_pair_of_a_body_parts_its_other_pairs():
