@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from .effects import TIME_EFFECTS
-from .effects.base import Effect
+from .effects.base import PLACES, Effect
 from .effects.further_mode import ran_off
 from .law import Law, TimeFit
 from .race import unlike
@@ -111,9 +111,11 @@ def _put_in_hope(found: TimeFit, effect: Effect, most: float) -> TimeFit | None:
 
 
 def _begun(found: TimeFit, effect: Effect) -> tuple[Law, np.ndarray, np.ndarray]:
-    """The law with `effect` in the last one's place, the few best starts, and all."""
+    """The law with `effect` in the last one's place, the few best starts, and all: each of them is
+    marched, so that few of its places are tried.
+    """
     ways = (1.0, -1.0) if effect.scales else (1.0,)
     begins = [(way * b[0], *b[1:]) if effect.scales else b
-              for way in ways for b in begins_of(effect, found, None)]  # fmt: skip
+              for way in ways for b in begins_of(effect, found, None, PLACES)]  # fmt: skip
     law, starts = swapped(found, effect, begins)
     return law, starts[np.argsort(misfits(law, starts, found.samples))[:RUNNERS]], starts

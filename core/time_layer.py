@@ -97,12 +97,14 @@ def entries(start: TimeFit, effects) -> list[Try]:
     return sorted(tries, key=lambda one: -one.promise.max())
 
 
-def begins_of(effect: Effect, start: TimeFit, residual) -> list:
-    """Where a search for an effect may begin: of a force, at each of many places on the body."""
+def begins_of(effect: Effect, start: TimeFit, residual, most: int | None = None) -> list:
+    """Where a search for an effect may begin: of a force, at each of many places on the body, of
+    its own number or `most` of them.
+    """
     begins = effect.starts(start.law.setting, residual)
     if not effect.force:
         return begins
-    places = start.law.setting.places[: 1 + effect.places]
+    places = start.law.setting.places[: 1 + (most or effect.places)]
     return list(dict.fromkeys((*b, *place) for b in begins for place in places))
 
 
