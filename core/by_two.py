@@ -39,9 +39,11 @@ def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
     if both and _needs_another_body(found, both[0]):
         both = []
     least = strong[0].evidence if strong else 0.0
-    # two that are no explanation may have led to one that is
-    led = next(iter([*both, *found]), None)
-    one = one_of(declared, led.found, over, least) if led else None
+    one = one_of(declared, both[0].found, over, least) if both else None
+    if found and not both:  # these may have led to one that is, if it tells as much
+        one = one_of(declared, found[0].found, over, max(least, found[0].evidence - EVIDENCE))
+        if one and is_broken(declared, one):
+            return Verdict("unexplained", chain, (), (), ranked, ())
     if one and weakens(declared, one):
         return partly(chain, one, strong, ranked)
     if one:

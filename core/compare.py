@@ -23,7 +23,8 @@ UNSEEN = 1e-9  # weight of a channel that shows no mode
 DEPENDENT = 1e-12  # squared sine below which two modes look the same
 MIXING = 0.01  # half of the stiffness that a body may be off by, relatively: over that distance it
 # is the share by which they do
-STRANGE = 9.0  # misfit of a faint mode's pitch from which it is taken for none of the body's
+STRANGE = 9.0  # misfit of a faint mode's pitch from which it is taken for none of the body's, and
+# the most that it costs
 LIKE = 0.4  # MAC from which a computed mode may be a measured one
 FIRST = 3  # of the lowest computed modes, that the first measured one may be
 
@@ -85,6 +86,7 @@ class Hypothesis:
     pitch_pull: np.ndarray  # (K,) standard deviations; (K + 1,) with that of the sag
     shape_chi2: np.ndarray  # (K,)
     sag: np.ndarray | None = None  # (C,)
+    strange: int = 0  # faint modes that are none of the body's; their pulls are nought
 
     @property
     def pitches(self) -> np.ndarray:
@@ -195,11 +197,14 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
         if size > 0:
             ratio = np.r_[ratio, -0.5 * np.log(size)]
             weight = measured.weight
+    faint, strange = np.zeros((2, len(ratio)), bool)
+    faint[len(chosen) - measured.faint : len(chosen)] = True
     log_root, pull = _pulled(ratio, weight)
-    strange = np.zeros(len(ratio), bool)
-    if measured.faint:
-        strange = (np.arange(len(ratio)) >= len(chosen) - measured.faint) & (pull**2 > STRANGE)
-        strange[len(chosen) :] = False
+    while faint.any():  # the farthest off first, for it draws the others' mean
+        off = np.where(faint & ~strange, pull**2 / np.maximum(1 - weight / weight.sum(), 0.1), 0.0)
+        if off.max() <= STRANGE:
+            break
+        strange[off.argmax()] = True
         log_root, pull = _pulled(ratio, np.where(strange, 0.0, weight))
     whole = float(pull @ pull) + STRANGE * strange.sum()
     if not whole < most:
@@ -221,7 +226,8 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
         part, kept = _mixed(weighed, wanted, gap[near], many)
         left = wanted - part @ weighed
         fitted.append(part @ pair)
-        chi2.append(left @ left * many + kept)
+        costs = left @ left * many + kept
+        chi2.append(min(costs, STRANGE - pull[k] ** 2) if faint[k] else costs)
         whole += float(chi2[-1])
         if not whole < most:
             return None
@@ -234,4 +240,5 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
         pull,
         np.array(chi2),
         sag,
+        int(strange.sum()),
     )

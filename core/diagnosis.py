@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
+from .alone import add_second
 from .by_two import by_two, unless_it_weakens
 from .damping import find_damping, is_needless
 from .decidable import undecidable
@@ -19,18 +20,16 @@ from .foils import is_broken, weakens
 from .forgotten import more_modes
 from .law import TimeFit
 from .ready import to_their_end, widened
-from .residual import AHEAD, NOISY, QUIET, excess, misfit, strays
+from .residual import NOISY, QUIET, excess, strays
 from .side_by_side import in_step_by_parts
 from .sufficiency import (
     CLEARLY,
     CLEARLY_BOTH,
     ENOUGH,
     bends_the_body,
-    counts_second,
     fails,
     gained,
     is_read_off,
-    one_of,
     owes,
     shows,
     sufficient,
@@ -41,15 +40,13 @@ from .time_layer import (
     Candidate,
     judge,
     passed_over,
-    seconds,
     singles,
 )
 from .timefit import sharp
 from .together import two_by_two
-from .verdict import Verdict, partly, twins_of
+from .verdict import Verdict, partly
 
 WEAK = 0.05  # of the motion, rms: more than that is no forgotten weak mode
-RIVALS = 3  # single effects, the best ones, beside which a second one is sought
 MOST = 0.5  # of what one effect leaves, that two take which stand in its place
 
 
@@ -135,10 +132,7 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     able = to_their_end(exchanged_alone(found, declared), declared)
     ranked = tuple(c for c in able if not c.outdone)
     seen = [c for c in ranked if c.evidence > EVIDENCE]
-    strong = [c for c in seen if gained(declared, c.found) >= MATERIAL or shows(c, declared)]
-    # where so little is left, here and ahead, it must be all of it
-    if declared.chi2 < QUIET * declared.samples and not fails(declared):
-        strong = [c for c in strong if c.share >= ENOUGH]
+    strong = _strong(seen, declared)
     shown = any(shows(c, declared) for c in strong)
     little = (not strong and declared.chi2 < NOISY * declared.samples) or over < MATERIAL
     if little and not shown and not strays(declared):
@@ -153,12 +147,11 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     late = passed_over(left, able, declared)
     able = [*able, *late]
     most = max((c.evidence for c in strong), default=EVIDENCE)
-    ahead = [c for c in late if not c.outdone and c.evidence > most]
-    if ahead and alone is None:  # it only fell behind by half of the record
-        ranked, strong = (
-            sorted([*ahead, *some], key=lambda c: -c.evidence) for some in (ranked, strong)
-        )
-        ranked, strong = tuple(ranked), widened(strong, declared, widen)
+    leaders = [c for c in _strong(late, declared) if not c.outdone and c.evidence > most]
+    if leaders and alone is None:  # what one tells alone stands; else these only began badly
+        leaders = widened(leaders, declared, widen)
+        ranked = tuple(sorted([*leaders, *ranked], key=lambda c: -c.evidence))
+        strong = [*leaders, *strong]
         alone, known, done = _one(chain, (able, ranked, strong), over)
         if done:
             return alone
@@ -174,6 +167,16 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     return both if alone is None or told else alone
 
 
+def _strong(seen: list[Candidate], declared: TimeFit) -> list[Candidate]:
+    """Those of the candidates that matter; where so little is left, here and ahead, that take all
+    of it.
+    """
+    strong = [c for c in seen if gained(declared, c.found) >= MATERIAL or shows(c, declared)]
+    if declared.chi2 < QUIET * declared.samples and not fails(declared):
+        strong = [c for c in strong if c.share >= ENOUGH]
+    return strong
+
+
 def _one(chain, singles: tuple, over: float) -> tuple[Verdict | None, dict, bool]:
     """What the best single effect says, and a second one beside it where that shows, or None where
     it is not enough; what was sought beside single effects, by their fits; whether that is all.
@@ -186,7 +189,7 @@ def _one(chain, singles: tuple, over: float) -> tuple[Verdict | None, dict, bool
         return Verdict("unexplained", chain, (), (), ranked, ()), {}, True
     if weakens(declared, strong[0]):
         return partly(chain, strong[0], strong, ranked), {}, True
-    single, known = _add_second(chain, strong, ranked, over)
+    single, known = add_second(chain, strong, ranked, over)
     alone = unless_it_weakens(single, able)
     return alone, known, not _lacks(alone) and not _loud(alone)
 
@@ -231,44 +234,3 @@ def _takes_most(both: Verdict, alone: Verdict) -> bool:
 def _pair(both: Verdict, alone: Verdict) -> Candidate:
     """What was found together, beside the fit with the other."""
     return judge(tuple(c.names[0] for c in both.effects), both.final, alone.final)
-
-
-def _add_second(chain, strong: list[Candidate], ranked, over: float) -> tuple[Verdict, dict]:
-    """The single effect, and a second one where what is left is material and one effect's; and what
-    was sought beside single effects, by their fits.
-
-    Where others come near the best single effect, each is tried with a second one: which of them
-    is there may show only beside the right companion.
-    """
-    best, more, known = strong[0], [], {}
-    more_left = excess(best.found) > MATERIAL and best.found.chi2 > NOISY * best.found.samples
-    if more_left or strays(best.found, AHEAD):
-        left = _left(best.found)  # no pair can gain more than this over the best
-        firsts = [c for c in strong[:RIVALS] if c.evidence >= best.evidence - left]
-        found = [c.found for c in firsts]
-        known = dict(zip(found, seconds(firsts, found), strict=True))
-        tries = [
-            (first, [c for c in known[first.found] if c.evidence > EVIDENCE and not c.outdone])
-            for first in firsts
-        ]
-        able = [t for t in tries if t[1] and counts_second(t[0], t[1][0], over)]
-        best, more = max(able, key=lambda t: t[0].evidence + t[1][0].evidence, default=tries[0])
-    if more and counts_second(best, more[0], over):
-        one = one_of(chain[0][1], more[0].found, over, best.evidence)
-        best, more = (best, more) if one is None else (one, [])
-    chain += ((best.names[0], best.found),)
-    effects, twins, minor = (best,), (twins_of(best, strong),), ()
-    for c in more[:1]:
-        if counts_second(best, c, over):
-            chain += ((c.names[-1], c.found),)
-            effects += (c,)
-            twins += (twins_of(c, more),)
-        elif gained(best.found, c.found) < MATERIAL:
-            minor = ((c.names[-1], gained(best.found, c.found)),)
-    return Verdict("explained", chain, effects, twins, ranked, minor), known
-
-
-def _left(found: TimeFit) -> float:
-    """Misfit beyond noise, where it was fitted and held out."""
-    ahead, count = misfit(found.law.takes, found.predicted, True)
-    return max(found.chi2 - found.samples, 0.0) + max(ahead - count, 0.0)

@@ -111,8 +111,8 @@ def _put_in_hope(found: TimeFit, effect: Effect, most: float) -> TimeFit | None:
 
 
 def _begun(found: TimeFit, effect: Effect) -> tuple[Law, np.ndarray, np.ndarray]:
-    """The law with `effect` in the last one's place, the few best starts, and all: each of them is
-    marched, so that few of its places are tried.
+    """The law with `effect` in the last one's place, the few best starts, and all, at few places:
+    each of them is marched.
     """
     ways = (1.0, -1.0) if effect.scales else (1.0,)
     begins = [(way * b[0], *b[1:]) if effect.scales else b

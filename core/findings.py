@@ -147,7 +147,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         and base.chi2 - s.hypothesis.chi2 > ENOUGH * over
         and not _may_be_nothing(s)
     ]
-    if chance > doubt and not (good and _mends_all(good[0], ground.measured)):
+    if chance > doubt and not (good and _mends_all(good[0], base, ground.measured)):
         return plain
     before = body_error(verdict, ground, base)
     with_it = body_error(verdict, ground, good[0].hypothesis) if good else None
@@ -224,7 +224,7 @@ def _weighed(ranked: list[Suspect], heard: Heard, verdict: Verdict) -> list[Susp
 def _chance(body: Hypothesis, measured: Measured) -> float:
     """That a body as this one shows its pitches so far off, or its sag alone beside them."""
     pull, K = body.pitch_pull, len(measured.frequency)
-    whole = chi2_law.sf((pull**2).sum(), max(len(pull) - 1, 1))
+    whole = chi2_law.sf((pull**2).sum(), max(len(pull) - 1 - body.strange, 1))
     if len(pull) == K:
         return float(whole)
     alone = pull[K] ** 2 / (1 - measured.weight[K] / measured.weight.sum())
@@ -239,9 +239,12 @@ def _bends(final: TimeFit) -> bool:
     return any(e.acceleration is None for e in acting)
 
 
-def _mends_all(one: Suspect, measured: Measured) -> bool:
-    """Whether it is twice as clear as it must be, and nothing is the matter with it."""
-    return one.evidence > 2 * EVIDENCE and _chance(one.hypothesis, measured) > FITS
+def _mends_all(one: Suspect, base: Hypothesis, measured: Measured) -> bool:
+    """Whether it is twice as clear as it must be, and nothing is the matter with it: it leaves no
+    more faint modes aside than the declared body does.
+    """
+    clear = one.evidence > 2 * EVIDENCE and one.hypothesis.strange <= base.strange
+    return clear and _chance(one.hypothesis, measured) > FITS
 
 
 def _no_suspects(body: Body) -> list[str]:

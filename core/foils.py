@@ -5,7 +5,7 @@ from .effects.sudden_change import FOIL
 from .law import TimeFit
 from .race import Try, race
 from .refit import swapped
-from .residual import NOISY, QUIET, misfit
+from .residual import AHEAD, NOISY, QUIET, misfit, strays
 from .time_layer import EVIDENCE, Candidate, judge
 from .timefit import best_fit, fit, screen, sharp
 
@@ -50,12 +50,12 @@ def weakens(declared: TimeFit, best: Candidate) -> bool:
 def weakens_rather(declared: TimeFit, both: TimeFit, rub: Candidate) -> bool:
     """Whether one rub that weakens with speed adds to the plain `rub` what the two effects of a fit
     add, or nearly that: one law that is not known is likelier than two that are, unless only the
-    two leave nothing but noise.
+    two leave nothing but noise, and foretell the rest.
     """
     plain = sharp(rub.found)
     fits = plain, sharp(both), _weakened(plain)
     noisy = [found.chi2 >= NOISY * found.samples for found in fits[1:]]
-    if noisy == [False, True]:
+    if noisy == [False, True] and not strays(fits[1], AHEAD):
         return False
     alone, pair, weak = (judge(rub.names, found, declared).evidence for found in fits)
     return weak > alone + EVIDENCE and weak - alone > NEARLY * (pair - alone)

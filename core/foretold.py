@@ -1,4 +1,4 @@
-"""How far what a fit foretells may be off, by what it cannot know of the part that it has seen.
+"""How far what a fit foretells may be off by what the part that it has seen cannot tell.
 
 Two pitches that lie too close for the fitted part to tell them apart beat differently later on: a
 held-out misfit that is no more than that shows nothing that the model lacks.
@@ -9,25 +9,29 @@ import numpy as np
 
 from .law import TimeFit
 from .linear_part import Solved, solve
-from .residual import parts
+from .residual import NOISY, parts
+from .timefit import within
 
 STEP = 0.1  # of a standard deviation of each parameter, by which it is moved
 
 
 def doubt(found: TimeFit) -> float:
-    """Misfit, in noise squared, that the held-out samples of the fitted takes have beside their
-    noise, as that noise and the numbers fitted to the others are uncertain; none where whole takes
-    are held out, or forces act.
+    """Misfit, in noise squared, that the held-out samples may have beside their own noise, because
+    the numbers that foretell them were fitted to others that are noisy; as much as that noise at
+    most, for more is no small change.
+
+    None where whole takes are held out, whose start is fitted to them; where forces act, for what
+    they do later may turn on anything; and where the fitted part is not told to its noise.
     """
     law = found.law
     whole = any(data.take.held_out for data in law.takes)
-    if whole or any(effect.marched for effect in law.effects):
+    marched = any(effect.marched for effect in law.effects)
+    if whole or marched or found.chi2 > NOISY * found.samples:
         return 0.0
-    inflation = max(found.chi2 / found.samples, 1.0)
     spread = np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
     able = spread > 0
-    moves = STEP * np.diag(spread)[able]
-    solved = solve(law, found.parameters + np.vstack([0 * found.parameters, moves]))
+    moved = found.parameters + np.vstack([0 * found.parameters, STEP * np.diag(spread)[able]])
+    solved = solve(law, within(law, moved))
     alike = found.covariance[np.ix_(able, able)] / np.outer(spread[able], spread[able])
     held, total = parts(law.takes, True), 0.0
     for take, index in enumerate(law.fitted):
@@ -36,7 +40,7 @@ def doubt(found: TimeFit) -> float:
         change = (out[1:] - out[0]) / (STEP * sigma)
         total += float(np.einsum("in,ij,jn->", change, alike, change, optimize=True))
         total += _of_shapes(solved, take, held[index])
-    return inflation * total
+    return min(total, sum(int(own.sum()) for own in held)) if np.isfinite(total) else 0.0
 
 
 def _foretold(solved: Solved, take: int) -> np.ndarray:

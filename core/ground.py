@@ -46,7 +46,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     data = final.law.takes[final.law.fitted[0]]
     body = heard.body
     further = [unfolded_mode(one, body.seen(data), heard, final) for one in further_modes(verdict)]
-    further = of_the_body(further, body.seen(data), heard)
+    further = of_the_body(further, body.seen(data), heard, final)
     further = sorted(further, key=lambda one: one.loud <= LOUD)  # the faint ones last
     model_error = sigma[list(heard.match.modes)]
     model_error = np.r_[model_error, np.full(len(further), sigma.max())]

@@ -30,7 +30,8 @@ def with_partner(found: TimeFit, k: int, gap: float, take: int = 0) -> TimeFit:
     wider = _wider(found, effect)
     if not pays(wider, found) or effect.veto(wider) or displaced(wider, found):
         return found
-    if gap > SPREAD:  # two pitches that lie apart trade their swings along a flat valley
+    if gap > SPREAD:  # two pitches that lie apart trade their swings along a flat valley; one that
+        # is none at its end stays as good as it was
         longer = fit(wider.law, wider.parameters, evaluations=TO_THE_END)
         wider = wider if effect.veto(longer) or displaced(longer, found) else longer
     return found if _parts(wider, partner(at, SPLIT), gap) else wider

@@ -58,8 +58,8 @@ def find_release(time: np.ndarray, signals: np.ndarray) -> tuple[float, float]:
     last = _end(energy, peak, period, max(SUNK, 3 * np.sqrt(3 / (period * even.shape[1]))))
     first = _begin(even, peak, last, period)
     loud = int(np.argmax(energy > energy[peak] / 4))
-    lasts = len(even) - 1 - loud - half >= BRIEF * period > last - first
-    if lasts and (energy[loud:] > energy[peak] / DRIVEN).all():
+    brief, lasts = last - first < BRIEF * period, len(even) - 1 - loud - half >= BRIEF * period
+    if brief and lasts and (energy[loud:] > energy[peak] / DRIVEN).all():
         last = len(even) - 1  # something drives it on: there is no fall to find
         first = _begin(even, loud + half, last, period)
     if last - first < FEWEST_FRAMES:

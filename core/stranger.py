@@ -3,13 +3,11 @@
 import numpy as np
 
 from .ground import Ground
-from .unmatched import further_modes
+from .unmatched import FOLDS, REACH, further_modes
 from .verdict import Verdict
 
 AUDIBLE = 0.01  # of the strongest mode's motion, rms, from which a further mode is asked after
 STRANGE = 0.05  # relative, from every pitch that the body has: no error of a mesh is that large
-REACH = 0.9  # of the highest computed pitch, up to which the body's modes are known
-FOLDS = 3  # times the rate of the frames, by which a high mode may be seen folded down
 
 
 def strangers(verdict: Verdict, ground: Ground) -> list[float]:

@@ -97,14 +97,14 @@ def entries(start: TimeFit, effects) -> list[Try]:
     return sorted(tries, key=lambda one: -one.promise.max())
 
 
-def begins_of(effect: Effect, start: TimeFit, residual, most: int | None = None) -> list:
-    """Where a search for an effect may begin: of a force, at each of many places on the body, of
-    its own number or `most` of them.
+def begins_of(effect: Effect, start: TimeFit, residual, most: int = 10**6) -> list:
+    """Where a search for an effect may begin: of a force, at each of so many places on the body as
+    it has, `most` at most.
     """
     begins = effect.starts(start.law.setting, residual)
     if not effect.force:
         return begins
-    places = start.law.setting.places[: 1 + (most or effect.places)]
+    places = start.law.setting.places[: 1 + min(effect.places, most)]
     return list(dict.fromkeys((*b, *place) for b in begins for place in places))
 
 

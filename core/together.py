@@ -76,8 +76,8 @@ def _marches_cheaply(start: TimeFit) -> bool:
 
 def _beside(start: TimeFit, ranked: list[Candidate], known: dict) -> list[Candidate]:
     """Candidates of the best single effects and what shows beside each; of the next best too, where
-    one by itself tells what was fitted and no two of these tell what comes: it has bent to do what
-    two others do.
+    some of these, alone or by two, tell what was fitted and none of those tells what comes: they
+    have bent to do what two others do. So few are worth a search that is dear.
     """
     strong = [single for single in ranked if single.evidence >= EVIDENCE]
     fitting = sorted(strong, key=lambda single: bic(single.found))
@@ -91,7 +91,9 @@ def _beside(start: TimeFit, ranked: list[Candidate], known: dict) -> list[Candid
     return found
 
 
-def _showing(start: TimeFit, first: list[Candidate], known: dict, others: list[Candidate]):
+def _showing(
+    start: TimeFit, first: list[Candidate], known: dict, others: list[Candidate]
+) -> list[Candidate]:
     """Candidates of the `first` effects and what shows beside each, and of the `others` and jumps
     that show beside those.
     """

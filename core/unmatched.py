@@ -17,7 +17,8 @@ from .verdict import Verdict
 
 LOUD = 0.3  # of the strongest mode's motion, rms, from which one that was not matched counts
 OWN = 0.4  # likeness to a computed mode from which a fainter one does too
-BELOW = 0.9  # of the highest computed pitch, from which a mode may be one above that
+REACH = 0.9  # of the highest computed pitch, up to which the body's modes are known
+FOLDS = 3  # times the rate of the frames, by which a high mode may be seen folded down
 UNSEEN = 0.05  # of the most that a mode moves: one that moves less, where it is seen, is not known
 
 
@@ -73,23 +74,25 @@ def unfolded_mode(one: FurtherMode, seen: np.ndarray, heard: Heard, final: TimeF
     return replace(one, frequency=true, damping_ratio=z * one.frequency / true)
 
 
-def of_the_body(further: list[FurtherMode], seen: np.ndarray, heard: Heard) -> list[FurtherMode]:
+def of_the_body(
+    further: list[FurtherMode], seen: np.ndarray, heard: Heard, final: TimeFit
+) -> list[FurtherMode]:
     """Those that tell of the body: whatever is loud, for a body that is as declared shows no loud
     mode that it does not have, and what moves as one of its modes (m, C) that was not matched.
 
-    Not what lies near the highest of those, which may be a mode that was not computed, nor what is
-    rather the fold of the one that it moves as.
+    Not what lies near the highest computed one, for it may be a mode that was not computed, nor
+    what is rather the fold of the one that it moves as.
     """
     size = np.linalg.norm(seen, axis=1)
     free = [j for j in np.flatnonzero(size > UNSEEN * size.max()) if j not in heard.match.modes]
     own = heard.body.modes.frequency
-    computed = own * heard.free.frequency[0] / own[heard.match.modes[0]]
-    rate = 1 / heard.takes[heard.free.law.fitted[0]].frame
+    computed = own * true_frequency(heard, final)[0] / own[heard.match.modes[0]]
+    rate = 1 / final.law.takes[final.law.fitted[0]].frame
 
     def tells(one):
         if one.loud > LOUD:
             return True
-        return one.frequency < BELOW * computed.max() and any(
+        return one.frequency < REACH * computed.max() and any(
             _moves_as(one.shape, seen, own, j, len(free))
             and not _is_rather_folded(one.frequency, computed[j], rate)
             for j in free
@@ -100,7 +103,8 @@ def of_the_body(further: list[FurtherMode], seen: np.ndarray, heard: Heard) -> l
 
 def _is_rather_folded(seen_at: float, computed: float, rate: float) -> bool:
     """Whether a pitch of which `seen_at` is the fold lies nearer to the `computed` one (Hz)."""
-    aliases = np.array([seen_at, abs(rate - seen_at), rate + seen_at])
+    folds = rate * np.arange(1, FOLDS + 1)
+    aliases = np.r_[seen_at, np.abs(folds - seen_at), folds + seen_at]
     return bool(np.abs(np.log(aliases / computed)).argmin())
 
 

@@ -20,7 +20,7 @@ def acceleration(theta, setting):
 
     def push(state):
         v = np.ascontiguousarray(state.v)
-        into = 2 * np.maximum(facing @ v, 0.0)
+        into = 2 * np.maximum(facing @ v, 0.0)  # `wind` counts both sides for mode 1 alone
         return strength * ((work @ into).reshape(K, K, len(theta)) * v).sum(axis=1)
 
     return push

@@ -36,6 +36,30 @@ def test_two_effects_without_evidence_tell_nothing(monkeypatch, evidence, verdic
     assert [c.names for c in told.effects] == [("contact",), ("relaxation",)] * (evidence > 1)
 
 
+@pytest.mark.parametrize("broken", [False, True])
+def test_two_that_are_no_explanation_lead_to_one_that_is(monkeypatch, broken):
+    """If it tells as much as they do, and no sudden change tells more."""
+    fit = SimpleNamespace(law=SimpleNamespace(effects=()), chi2=1.0, samples=1.0)
+    both = Candidate(("contact", "dry_friction"), fit, 10 * EVIDENCE, 0.99, 0.99)
+    alone, asked = Candidate(("dry_friction",), fit, 9.5 * EVIDENCE, 0.98, 0.98), []
+    for name, value in {
+        "pairs": [both],
+        "to_their_end": [both],
+        "exchanged": [both],
+        "polished": [both],
+        "sufficient": False,  # they need another body
+        "is_broken": broken,
+        "weakens": False,
+        "twins_of": (),
+    }.items():
+        monkeypatch.setattr(module, name, lambda *_, _value=value, **__: _value)
+    monkeypatch.setattr(module, "one_of", lambda *given: asked.append(given[3]) or alone)
+    told = by_two(((None, fit),), ([], (), [], {}), 0.1, lambda found, effects: found)
+    assert asked == [9 * EVIDENCE]
+    assert told.verdict == ("unexplained" if broken else "explained")
+    assert told.names == (() if broken else ("dry_friction",))
+
+
 @pytest.mark.parametrize("more", [True, False])
 def test_of_what_stays_unexplained_two_are_parts_or_the_one_that_they_lead_to(monkeypatch, more):
     """A search for either alone that went astray is no reason to name what tells less."""

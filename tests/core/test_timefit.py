@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from core import foils
+from core.alone import add_second
 from core.baseline import _places, behind, build_law
 from core.channels import Channels
 from core.compare import Measured, compare, rematched
 from core.data import RingDown
-from core.diagnosis import _add_second, _does_more, _if_all_told, _pair
+from core.diagnosis import _does_more, _if_all_told, _pair
 from core.effects import (
     TIME_EFFECTS,
     air_drag,
@@ -486,8 +487,14 @@ def test_two_effects_do_not_stand_in_for_a_rub_that_weakens(force, told):
     assert weakens_rather(found, both, rub) is told
 
 
-@pytest.mark.parametrize(("left", "told"), [(1.03, False), (1.4, True)], ids=["noise", "more"])
-def test_two_effects_that_alone_leave_noise_are_no_rub_that_weakens(left, told, monkeypatch):
+@pytest.mark.parametrize(
+    ("left", "far_off", "told"),
+    [(1.03, False, False), (1.4, False, True), (1.03, True, True)],
+    ids=["noise", "more", "off ahead"],
+)
+def test_two_effects_that_alone_leave_noise_are_no_rub_that_weakens(
+    left, far_off, told, monkeypatch
+):
     """Though that tells nearly as much: of so loud a motion what is left is little all the same."""
     plain, both, weak = (
         SimpleNamespace(chi2=1e4 * chi, samples=1e4, evidence=evidence)
@@ -496,6 +503,7 @@ def test_two_effects_that_alone_leave_noise_are_no_rub_that_weakens(left, told, 
     monkeypatch.setattr(foils, "sharp", lambda found: found)
     monkeypatch.setattr(foils, "_weakened", lambda found: weak)
     monkeypatch.setattr(foils, "judge", lambda names, found, declared: found)
+    monkeypatch.setattr(foils, "strays", lambda found, much: far_off)
     rub = SimpleNamespace(names=("dry_friction",), found=plain)
     assert weakens_rather(None, both, rub) is told
 
@@ -880,7 +888,7 @@ def test_what_is_off_ahead_of_a_quiet_fit_is_sought():
         chi2=0.97 * found.samples,
         predicted=(found.predicted[0] + 2 * NOISE * held[:, None],),
     )
-    told, _ = _add_second(((None, before),), [judge(("contact",), off, before)], (), 0.1)
+    told, _ = add_second(((None, before),), [judge(("contact",), off, before)], (), 0.1)
     assert told.verdict == "explained"
     assert told.effects[0].names == ("contact",)
 
