@@ -48,8 +48,8 @@ def find_release(time: np.ndarray, signals: np.ndarray) -> tuple[float, float]:
     even = even / floor
     lag, period = _period(even)
     energy = _energy(even, lag, period)
-    half = min(period // 2, (len(even) - 1) // 3)  # near either end a period is not known whole
-    peak = half + int(np.argmax(energy[half : len(even) - half]))
+    half = min(period // 2, (len(even) - 1) // 3)
+    peak = int(np.argmax(energy[: len(even) - half]))  # in half a period nothing could fall
     if energy[peak] < STANDS_OUT:
         raise RecordingError(
             "Release: nothing moves beyond the recording's noise. Release it from further out, or "
