@@ -86,7 +86,7 @@ class Hypothesis:
     pitch_pull: np.ndarray  # (K,) standard deviations; (K + 1,) with that of the sag
     shape_chi2: np.ndarray  # (K,)
     sag: np.ndarray | None = None  # (C,)
-    strange: int = 0  # faint modes that are none of the body's; their pulls are nought
+    strange: int = 0  # faint modes that are none of the body's; their pulls are the most they cost
 
     @property
     def pitches(self) -> np.ndarray:
@@ -206,7 +206,8 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
             break
         strange[off.argmax()] = True
         log_root, pull = _pulled(ratio, np.where(strange, 0.0, weight))
-    whole = float(pull @ pull) + STRANGE * strange.sum()
+    pull = np.where(strange, np.sqrt(STRANGE), pull)
+    whole = float(pull @ pull)
     if not whole < most:
         return None
     modulus = float(np.exp(2 * log_root))

@@ -224,7 +224,7 @@ def _weighed(ranked: list[Suspect], heard: Heard, verdict: Verdict) -> list[Susp
 def _chance(body: Hypothesis, measured: Measured) -> float:
     """That a body as this one shows its pitches so far off, or its sag alone beside them."""
     pull, K = body.pitch_pull, len(measured.frequency)
-    whole = chi2_law.sf((pull**2).sum(), max(len(pull) - 1 - body.strange, 1))
+    whole = chi2_law.sf((pull**2).sum(), max(len(pull) - 1, 1))
     if len(pull) == K:
         return float(whole)
     alone = pull[K] ** 2 / (1 - measured.weight[K] / measured.weight.sum())
