@@ -43,14 +43,15 @@ def test_where_nothing_acts_no_two_effects_are_begun():
 
 def test_what_was_sought_beside_an_effect_is_not_sought_again(monkeypatch):
     found = creeping_and_rubbed()
-    rub = judge(("dry_friction",), raced(found, dry_friction.EFFECT), found)
-    creep = judge(("dry_friction", "relaxation"), raced(rub.found, relaxation.EFFECT), rub.found)
+    creep = judge(("relaxation",), raced(found, relaxation.EFFECT), found)
+    names = ("relaxation", "dry_friction")
+    rub = judge(names, raced(creep.found, dry_friction.EFFECT), creep.found)
     asked = []
     monkeypatch.setattr(together, "seconds", lambda firsts, *_: asked.append(firsts) or [])
     monkeypatch.setattr(together, "_of_the_library", lambda start: [])
-    (both,) = together.pairs(found, [rub], {rub.found: [creep]})
-    assert asked == [[]] and both.found is creep.found
-    assert both.evidence > creep.evidence  # over the fit without either
+    (both,) = together.pairs(found, [creep], {creep.found: [rub]})
+    assert asked == [[]] and both.found is rub.found
+    assert both.evidence > rub.evidence  # over the fit without either
 
 
 def both_of(found, *effects):
