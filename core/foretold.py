@@ -45,11 +45,7 @@ def doubt(found: TimeFit) -> float:
 
 def _foretold(solved: Solved, take: int) -> np.ndarray:
     """(B, T, C) of a fitted take."""
-    bases = np.broadcast_to(
-        solved.bases[take],
-        (len(solved.coefficients), solved.coefficients.shape[1], *solved.bases[take].shape[2:]),
-    )
-    return np.einsum("bctn,bcn->btc", bases, solved.coefficients, optimize=True)
+    return np.swapaxes((solved.bases[take] @ solved.coefficients[..., None])[..., 0], 1, 2)
 
 
 def _of_shapes(solved: Solved, take: int, held: np.ndarray) -> float:

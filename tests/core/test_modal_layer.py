@@ -231,6 +231,8 @@ def test_a_faint_mode_far_off_its_pitch_moves_nothing():
     assert faint.modulus == pytest.approx(true.modulus, rel=1e-9)
     assert faint.chi2 == pytest.approx(true.chi2 + STRANGE)
     assert loud.chi2 > 1000 and abs(loud.modulus / true.modulus - 1) > 0.05
+    both = replace(heard, faint=2, frequency=own * np.array([1.0, 1.002, 0.9, 0.8]))
+    assert _chance(compare(both, values, shapes), both) < DOUBT  # but two of them are no chance
     near = replace(heard, faint=1, frequency=own * np.array([1.0, 1.002, 0.999, 1.004]))
     assert compare(near, values, shapes).chi2 == pytest.approx(
         compare(replace(near, faint=0), values, shapes).chi2

@@ -56,7 +56,7 @@ def unlike(channels, seed):
 
 
 @pytest.mark.parametrize("channels", [3, 6, 12, 24])
-def test_what_is_none_of_its_modes_seldom_tellsof_the_body(channels):
+def test_what_is_none_of_its_modes_seldom_tells_of_the_body(channels):
     """With few channels any motion is like some mode's."""
     many = 0
     for seed in range(200):
