@@ -148,7 +148,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         and not _may_be_nothing(s)
     ]
     if chance > doubt and not (good and _mends_all(good[0], base, ground.measured)):
-        return plain
+        return _unsure(plain, good, base, heard.match.modes)
     before = body_error(verdict, ground, base)
     with_it = body_error(verdict, ground, good[0].hypothesis) if good else None
     misfit = (float((base.pitch_pull**2).sum()), float(base.shape_chi2.sum()))
@@ -183,6 +183,23 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         moduli=_moduli(best, heard),
         doubtful=not fits,
     )
+
+
+def _unsure(plain: Findings, good: list[Suspect], base: Hypothesis, modes) -> Findings:
+    """The same, with Young's modulus as unsure as the body is: what may have changed it is not
+    clear enough beside what acts in time, and is told in a line.
+    """
+    if not good:
+        return plain
+    ratio = np.array([one.hypothesis.modulus / base.modulus for one in good])[:, None]
+    least = np.minimum(ratio * [one.moduli[0] for one in good], 1.0).min(axis=0)
+    most = np.maximum(ratio * [one.moduli[1] for one in good], 1.0).max(axis=0)
+    known = plain.moduli or {}
+    moduli = {j: (least[k], most[k]) for k, j in enumerate(modes)}
+    moduli = {j: tuple(np.multiply(span, known.get(j, (1.0, 1.0)))) for j, span in moduli.items()}
+    names = " or ".join(one.effect.name for one in good)
+    line = f"Pitches, shapes or the sag differ a little from the body's; {names} may be there, too."
+    return replace(plain, moduli=moduli, warnings=[*plain.warnings, line])
 
 
 def _outweighs(before: Error, free: Error, verdict: Verdict) -> bool:

@@ -40,10 +40,10 @@ def march(law: Law, unpacked, data: Channels):
     columns = [(e, traces[:, :, a:b]) for e, (a, b) in zip(traced, pairwise(ends), strict=True)]
     for effect, theta in pairs:
         if effect.beside:
-            columns.append((effect, effect.beside(theta, omega, zeta, time)))
+            own = effect.beside_in(data.take) if effect.beside_in else effect.beside
+            columns.append((effect, own(theta, omega, zeta, time)))
         elif effect.columns:
-            own = effect.columns_in(data.take) if effect.columns_in else effect.columns
-            columns.append((effect, own(theta, law.setting, time, u)))
+            columns.append((effect, effect.columns(theta, law.setting, time, u)))
     return u, v, columns, delay
 
 

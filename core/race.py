@@ -51,6 +51,7 @@ class Try:
     runners: int = RUNNERS
     horizons: tuple = HORIZONS
     outset: TimeFit | None = None  # from where, if not from the start
+    every: bool = False  # from all places, not only from the best one of each strength
 
     @property
     def law(self) -> Law:
@@ -102,8 +103,12 @@ def _shares(one: Try, most: float) -> list[float]:
 def _places(one: Try) -> np.ndarray:
     """(S, p) where the search begins."""
     start, effect = one.outset or one.start, one.effect
-    begins = [one.begins[i] for i in unlike(effect, one.begins, one.promise)]
-    if effect.force and effect.places > PLACES:  # of so many the best may be one by chance
+    begins = (
+        one.begins
+        if one.every
+        else [one.begins[i] for i in unlike(effect, one.begins, one.promise)]
+    )
+    if effect.force and effect.places > PLACES and not one.every:  # the best may be so by chance
         firsts = {tuple(place) for place in start.law.setting.places[:APART]}
         near = [i for i, b in enumerate(one.begins) if tuple(b[len(effect.low) :]) in firsts]
         some = [one.begins[i] for i in near]

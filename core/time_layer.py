@@ -31,6 +31,7 @@ FEEBLE = 0.2  # the same over what a quiet fit leaves beyond noise
 SETTLED = 0.95  # share of the excess from which what comes later gets one start only
 FIRSTS, BESIDE = 10, 4  # names that are tried alone, and beside another one, at most
 AT_ONCE = 2  # the most promising effects, which race each other only and may settle the rest
+MANY = 24  # starts of a search that is made anew from everywhere
 MOSTLY = 0.6  # share that the best one must take, for which it is sought anew
 
 
@@ -219,12 +220,14 @@ def _again(asked: list) -> list[list[Candidate]]:
 
 def _anew(one: Try) -> list[Try]:
     """The search from many starts, for two modes close together make a short part of the record
-    look like what it is not; and from where the damping is less, if the effect damps.
+    look like what it is not; and, of a force or what damps, from everywhere, where the damping is
+    less if the effect damps.
     """
-    out = [_from_all(one)]
-    if one.effect.damps and one.start.law.damping != "none":
-        outset = lighter(one.start)
-        out += [replace(one, outset=outset)] if outset is not one.start else []
+    out, effect = [_from_all(one)], one.effect
+    if effect.force or effect.damps:
+        damps = effect.damps and one.start.law.damping != "none"
+        outset = lighter(one.start) if damps else one.start
+        out += [replace(one, outset=outset, every=True, runners=MANY)]
     return out
 
 

@@ -128,8 +128,8 @@ class Effect:
     sudden: bool = False  # so stiff at some instants that it is always marched in FINE steps
     grows: bool = False  # with time, so that half of a record hardly shows it
     columns: Callable | None = None
-    columns_in: Callable | None = None  # Take -> `columns` there, where takes differ in them
     beside: Callable | None = None
+    beside_in: Callable | None = None  # Take -> `beside` there, where takes differ in it
     channels: Callable | None = None  # (theta, setting, take) -> (C,) bool: who has the columns
     clock: Callable | None = None
     delay: Callable | None = None

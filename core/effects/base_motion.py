@@ -16,9 +16,9 @@ from scipy.signal import lfilter
 from ..data import poles
 from .base import Effect, Parameter
 
-PITCH, DAMPING = 0.15, 2.0  # logarithms by which a shaken mode may be other than it was heard
 FEWEST = 12  # instants at which a support is seen, to tell how it moves
 DULLEST = 0.999  # damping ratio, most: what no longer swings answers much as what hardly does
+ALONG, ABOVE = 0.01, 2.0  # power of a way that counts, over that of the largest and of the noise
 BESIDE, MARGIN = 4, 1.3  # neighbours either way of a spectrum's line; noise is no less than this
 SETTLE = "stick a marker on the support, or film something that stands still beside it"
 
@@ -80,18 +80,26 @@ def clear(path: np.ndarray, variance: float) -> np.ndarray:
     return np.fft.irfft(lines * share, 2 * len(path))[: len(path)]
 
 
-def support_paths(takes) -> dict | None:
-    """Of every take, by `key`, instants (n,) s and the motion (n,) of the support's markers along
-    where it is largest in the first; None where a take shows too little of them.
+def support_paths(takes) -> list[dict]:
+    """Of every take, by `key`, instants (n,) s and the motion (a, n) of the support's markers:
+    along where it is largest in the first take, and, where it goes other ways too, along all; none
+    where a take shows too little of them.
     """
     seen = [_support_motion(data) for data in takes]
     if min(len(time) for time, _, _ in seen) <= FEWEST:
-        return None
-    way = np.linalg.svd(seen[0][1], full_matrices=False)[0][:, 0]
-    return {
-        key(data.take): (time, clear(way @ mean, noise))
-        for data, (time, mean, noise) in zip(takes, seen, strict=True)
-    }
+        return []
+    ways, sizes, _ = np.linalg.svd(seen[0][1], full_matrices=False)
+    heard = sizes**2 > max(ALONG * sizes[0] ** 2, ABOVE * len(seen[0][0]) * seen[0][2])
+    return [
+        {
+            key(data.take): (
+                time,
+                np.array([clear(way @ mean, noise) for way in ways[:, :count].T]),
+            )
+            for data, (time, mean, noise) in zip(takes, seen, strict=True)
+        }
+        for count in sorted({1, max(int(heard.sum()), 1)})
+    ]
 
 
 def key(take) -> tuple:
@@ -130,36 +138,44 @@ def answer(omega: float, zeta: float, time: np.ndarray, path: np.ndarray) -> np.
     return np.interp(time, even, 2 * z.real - s)
 
 
+def _answers(at, ways, theta, omega, zeta, time) -> np.ndarray:
+    """(B, T, q) what modes at omega, zeta (B, K) move, seen at `time` (B, T), each for each of the
+    `ways` (a, n) in which the support moves at the instants `at` (n,).
+    """
+    known = {
+        (k, w, z): [np.interp(time[0], at, answer(w, z, at, way)) for way in ways]
+        for k in range(omega.shape[1])
+        for w, z in {*zip(omega[:, k], zeta[:, k], strict=True)}
+    }
+    rows = zip(omega, zeta, strict=True)
+    return np.array(
+        [[q for k, of in enumerate(zip(*row, strict=True)) for q in known[k, *of]] for row in rows]
+    ).swapaxes(1, 2)
+
+
 def shaken(shared: tuple[np.ndarray, ...], rms: float, free: int, paths=None) -> Effect:
     """The motion `shared`, per take (T, C), taken off; `rms` of it in m, `free` numbers in it.
 
-    paths: what `support_paths` gave, where the body answers to it; then theta
-    = (log of the first mode's pitch, log of its damping ratio, both over the declared fit's), which
-    matter near it.
+    paths: one that `support_paths` gave, where the body answers to it.
     """
-
-    def answers(path, theta, setting, time, u):
-        at, s = path
-        known = {}
-        for own in {tuple(row) for row in theta}:
-            omega, zeta = setting.omega.copy(), setting.zeta.copy()
-            omega[0], zeta[0] = omega[0] * np.exp(own[0]), zeta[0] * np.exp(own[1])
-            moved = [answer(w, z, at, s) for w, z in zip(omega, zeta, strict=True)]
-            known[own] = np.stack([np.interp(time[0], at, one) for one in moved], axis=1)
-        return np.stack([known[tuple(row)] for row in theta])
-
+    swings = {name: partial(_answers, *path) for name, path in (paths or {}).items()}
+    first = next(iter(swings.values()), None)
     return Effect(
         name="base_motion",
         layer="camera",
         parameters=(Parameter("rms", "m", 0.0, 10.0),),
         twins=(),
         settle=SETTLE,
-        low=() if paths is None else (-PITCH, -DAMPING),
-        high=() if paths is None else (PITCH, DAMPING),
-        starts=lambda setting, residual: [() if paths is None else (0.0, 0.0)],
+        starts=lambda setting, residual: [()],
         given=lambda take: shared[take],
-        columns=partial(answers, next(iter(paths.values()))) if paths else None,
-        columns_in=(lambda take: partial(answers, paths[key(take)])) if paths else None,
+        columns=first
+        and (
+            lambda theta, setting, time, u: first(
+                theta, setting.omega[None], setting.zeta[None], time
+            )
+        ),
+        beside=first,
+        beside_in=first and (lambda take: swings[key(take)]),
         channels=lambda setting, data: ~data.support,
         free=free,
         report=lambda theta, setting, shape: {"rms": rms},

@@ -95,6 +95,52 @@ def test_a_shaken_path_is_cleared_of_noise_and_its_gaps_are_bridged(noise):
     assert np.abs(base_motion.clear(path, 0.0) - path).max() < 1e-9
 
 
+def supported(ways, noise=0.05):
+    """A take in which two markers on the support and one elsewhere go `ways` (n, 3)."""
+    rng = np.random.default_rng(4)
+    recording = SimpleNamespace(start=0.0, stop=None)
+    return SimpleNamespace(
+        take=SimpleNamespace(name="take", recording=recording),
+        time=np.arange(len(ways)) / 120,
+        marker=np.repeat([0, 1, 2], 3),
+        support=np.repeat([True, True, False], 3),
+        values=np.tile(ways, 3) + noise * rng.standard_normal((len(ways), 9)),
+        sigma=np.full(9, noise),
+    )
+
+
+def test_a_support_is_heard_along_every_way_that_it_goes():
+    time = np.arange(600) / 120
+    one, other = np.sin(2 * np.pi * 1.1 * time), np.sin(2 * np.pi * 2.3 * time + 1)
+    (line,) = base_motion.support_paths([supported(np.outer(one, [1.0, 0.5, 0.0]))])
+    ((_, ways),) = line.values()
+    assert ways.shape == (1, 600)
+    both = np.outer(one, [1.0, 0.5, 0.0]) + np.outer(other, [0.0, 0.3, 0.4])
+    line, plane = base_motion.support_paths([supported(both)])
+    ((_, ways),) = plane.values()
+    assert ways.shape == (2, 600)
+    for path in (one - one.mean(), other - other.mean()):
+        left = path - np.linalg.lstsq(ways.T, path, rcond=None)[0] @ ways
+        assert np.sqrt(np.mean(left**2)) < 0.05
+    assert base_motion.support_paths([supported(both[:10])]) == []
+
+
+def test_a_body_on_a_support_answers_each_way_in_each_of_its_modes_as_they_are():
+    """What a fit moves of one mode's pitch moves that mode's answers only."""
+    time = np.arange(600) / 120
+    ways = np.array([np.sin(2 * np.pi * 1.1 * time), np.sin(2 * np.pi * 2.3 * time)])
+    path = {("take", 0.0, None): (time, ways)}
+    effect = base_motion.shaken((np.zeros((600, 9)),), 0.1, 0, path)
+    there = effect.beside_in(supported(ways[[0, 1, 0]].T).take)
+    omega, zeta = np.array([[6.0, 15.0], [6.3, 15.0]]), np.full((2, 2), 0.03)
+    moved = there(None, omega, zeta, np.tile(time, (2, 1)))
+    assert moved.shape == (2, 600, 4)
+    apart = np.abs(moved[1] - moved[0]).max(axis=0)
+    expected = [base_motion.answer(w, 0.03, time, s) for w in omega[0] for s in ways]
+    assert np.allclose(moved[0].T, expected)
+    assert (apart[:2] > 0.01).all() and (apart[2:] == 0).all()
+
+
 def test_what_was_held_briefly_may_creep_more_than_it_showed():
     theta, pose = np.array([np.log(2.0)]), np.array([1.0, 2.0])
     plain = replace(setting(), pose=pose)
