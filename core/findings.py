@@ -114,8 +114,8 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     pieces = K * PIECES + (K - 1) + (ground.pull is not None)
     plain = replace(plain, warnings=_sag_lines(ground, base))
     marched = any(e.marched for e in verdict.final.law.effects)
-    if marched and not _alike(base.modes, heard):
-        return plain  # what acts in time has bent the shapes beyond knowing which mode is which
+    # what acts in time may have bent the shapes beyond knowing which mode is which
+    known_apart = not marched or _alike(base.modes, heard)
     # a second cause needs to be clearer, unless the first hardly moves anything
     slight = not acts(verdict.damped) and _is_slight(verdict)
     doubt = DOUBT**2 if acts(verdict.final) and not slight else DOUBT
@@ -147,7 +147,10 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         and base.chi2 - s.hypothesis.chi2 > ENOUGH * over
         and not _may_be_nothing(s)
     ]
-    if chance > doubt and not (good and _mends_all(good[0], base, ground.measured)):
+    mends_all = bool(good) and _mends_all(good[0], base, ground.measured)
+    if not (known_apart or mends_all):
+        return plain
+    if chance > doubt and not mends_all:
         return _unsure(plain, good, base, heard.match.modes)
     before = body_error(verdict, ground, base)
     with_it = body_error(verdict, ground, good[0].hypothesis) if good else None

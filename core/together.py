@@ -80,7 +80,9 @@ def _beside(start: TimeFit, ranked: list[Candidate], known: dict) -> list[Candid
     have bent to do what two others do. So few are worth a search that is dear.
     """
     strong = [single for single in ranked if single.evidence >= EVIDENCE]
-    fitting = sorted(strong, key=lambda single: bic(single.found))
+    # what foretells badly, for want of another one, may tell most of what was fitted
+    telling = [single for single in ranked if bic(single.found) < bic(start) - EVIDENCE]
+    fitting = sorted(telling, key=lambda single: bic(single.found))
     most = CHEAPLY if _marches_cheaply(start) else BEAM
     first = list(dict.fromkeys([*strong[:BEAM], *fitting[:most]]))
     others = [single for single in fitting if single not in first]

@@ -519,6 +519,18 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="a line at a pitch does not stand in for a rub",
         ),
         pytest.param(
+            "two:dry_friction+stiffness_drift", 771001, {"dry_friction", "stiffness_drift"},
+            1.4, id="what foretells badly alone may tell most of what was fitted",
+        ),
+        pytest.param(
+            "two:compliant_pin+dry_friction", 772001, {"compliant_pin", "dry_friction"}, 1.4,
+            id="a rub bends no pitches as a soft pin does, whichever mode is which",
+        ),
+        pytest.param(
+            "plane:base_motion", 772002, {"base_motion"}, 1.4,
+            id="a support that shakes both ways shakes the body both ways",
+        ),
+        pytest.param(
             "two:relaxation+large_amplitude", 93968, {"relaxation", "large_amplitude"}, 1.1,
             id="from one of two twins a short way leads to the other",
         ),

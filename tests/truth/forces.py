@@ -106,11 +106,11 @@ class Fading:
 class Shaken:
     """The support moves by s(t): inertia -V^T M d s''(t), in coordinates that ride on it."""
 
-    inertia: np.ndarray  # (r,) V^T M d
-    acceleration: object  # callable t (s) -> m/s2
+    inertia: np.ndarray  # (r,) V^T M d; (r, n) of n ways d that it goes
+    acceleration: object  # callable t (s) -> m/s2; (n,)
 
     def force(self, q, v, t):
-        return -self.inertia * self.acceleration(t)
+        return -np.dot(self.inertia, self.acceleration(t))
 
 
 @dataclass(eq=False)

@@ -31,7 +31,10 @@ TWINS = {
     "compliant_pin|graded_stiffness": {"snr": (28, 34), "markers": (3, 4), "takes": 1},
 }
 TRAPS = ("clock", "density", "loss", "exposure")
-IN_PLANE = ("plane:dry_friction",)  # it rubs whichever way its place goes, not along a line
+IN_PLANE = {  # not along a line: what rubs whichever way its place goes, a support that goes two
+    "plane:dry_friction": {},
+    "plane:base_motion": {"support": 1.0},
+}
 KINDS = (
     "null", *EFFECTS, *IN_PLANE, *(f"two:{p}" for p in PAIRS), *(f"absent:{a}" for a in ABSENT),
     *(f"twin:{t}" for t in TWINS), *(f"trap:{t}" for t in TRAPS),

@@ -77,7 +77,7 @@ def stand(kind, seed, rng, given):
     needs = together(names)
     if kind.startswith("trap"):
         needs |= {"release": ("pull", "knock") if kind != "trap:loss" else "pull"}
-    needs |= kinds.TWINS.get(kind.split(":")[-1], {})
+    needs |= kinds.TWINS.get(kind.split(":")[-1], {}) | kinds.IN_PLANE.get(kind, {})
     choice = needs.get("objects", tuple(bodies.OBJECTS))
     name = given.get("object") or choice[(seed + kinds.number(kind)) % len(choice)]
     body = bodies.OBJECTS[name](rng, symmetric=needs.get("symmetric", False))

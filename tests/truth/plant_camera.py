@@ -96,7 +96,37 @@ def tracker_drift(rng, stage) -> Planted:
 
 
 def base_motion(rng, stage) -> Planted:
-    """The camera or the support moves: smooth and random, or a wobble that dies out."""
+    """The camera or the support moves: smooth and random, or a wobble that dies out; in a plane the
+    support goes two ways, each as it likes.
+    """
+    who, path, form = shake(rng, stage)
+    paths, ways = [path], [across(rng, stage)]
+    if stage.plane:
+        who = "support"
+        paths += [shake(rng, stage)[1]]
+        ways += [across(rng, stage)]
+    inertia = np.array([stage.body.mass @ np.tile(way, len(stage.body.nodes)) for way in ways])
+    share = np.sqrt(1 / len(ways))
+
+    def moved(t, order=0):
+        """(2, ...) along each of the ways."""
+        return share * np.array([path(t, order) for path in paths])
+
+    def force(s, system):
+        return forces.Shaken(
+            system.basis.T @ inertia.T, lambda t: s * stage.amplitude * moved(t, 2)
+        )
+
+    return Planted(
+        "base_motion", 0.05, (0.001, 0.6),
+        lambda s, film: {"rms": s * stage.amplitude, "who": str(who), "form": str(form)},
+        force=force if who == "support" else None,
+        shift=lambda s, t: s * stage.amplitude * moved(t).T @ ways,
+    )  # fmt: skip
+
+
+def shake(rng, stage) -> tuple:
+    """Who moves, the path of rms 1 in the record, and its form."""
     who, form = rng.choice(["camera", "camera", "support"]), rng.choice(["random", "wobble"])
     span = stage.duration * 1.3
     time = np.arange(-2.0, span + 0.5, min(0.002, stage.period / 100))
@@ -109,22 +139,7 @@ def base_motion(rng, stage) -> Planted:
         path = late**2 / (late**2 + 0.05**2) * np.sin(2 * np.pi * f * late + rng.uniform(0, 6))
         path = path * np.exp(-late * rng.uniform(1.0, 2.5) / span)
     inside = path[(time >= 0) & (time <= stage.duration)]
-    path = CubicSpline(time, path / inside.std())
-    way = across(rng, stage)
-    inertia = stage.body.mass @ np.tile(way, len(stage.body.nodes))
-
-    def force(s, system):
-        bend = path.derivative(2)
-        return forces.Shaken(
-            system.basis.T @ inertia, lambda t: s * stage.amplitude * float(bend(t))
-        )
-
-    return Planted(
-        "base_motion", 0.05, (0.001, 0.6),
-        lambda s, film: {"rms": s * stage.amplitude, "who": str(who), "form": str(form)},
-        force=force if who == "support" else None,
-        shift=lambda s, t: s * stage.amplitude * path(t)[:, None] * way,
-    )  # fmt: skip
+    return who, CubicSpline(time, path / inside.std()), form
 
 
 def across(rng, stage) -> np.ndarray:
