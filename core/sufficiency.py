@@ -20,6 +20,7 @@ ASTRAY = 5.0  # times its noise, from which a held-out prediction is no explanat
 CLEARLY = 1.4  # times its noise, from which what was held out is clearly off
 CLEARLY_BOTH = 1.25  # the same of two effects, which bend themselves to more than they are
 TRIFLE, PART = 0.1, 0.25  # rms, of what was off before, that an explanation may leave: held, fitted
+WHOLE = 1.0  # error of a prediction that nothing moves
 BENT = 2.0 / TRUST  # of a mode's size, from which it is another body's: two standard deviations
 LOUD = 0.05  # of the strongest mode, from which another one's size shows
 
@@ -49,12 +50,14 @@ def owes(found: TimeFit, declared: TimeFit, clearly: float = CLEARLY) -> bool:
     """Whether effects that take most of what was off leave clearly more than noise, and more than a
     trifle of it: what they lack has a cause too.
 
-    What is read off the record is there as it was, so that what it leaves is no trifle.
+    What is read off the record is there as it was, so that what it leaves is no trifle. What was
+    off by more than the motion itself, which nothing at all would have predicted better, excuses
+    no more than that.
     """
     noise = noise_share(declared.law.takes, True)
     after, before = (errors(one).held_out for one in (found, declared))
     read = is_read_off([e for e in found.law.effects if e not in declared.law.effects])
-    trifle = 0.0 if read else TRIFLE * _beyond(before, noise)
+    trifle = 0.0 if read else TRIFLE * _beyond(min(before, WHOLE), noise)
     if after > clearly * noise > 0 and _beyond(after, noise) > trifle:
         return True
     noisy = found.chi2 > NOISY * found.samples

@@ -759,6 +759,14 @@ def test_a_change_of_the_body_does_not_stand_in_for_what_still_shows_in_time(tmp
 
 
 @pytest.mark.slow
+def test_what_foretells_worse_than_nothing_at_all_is_no_explanation(tmp_path):
+    """A brake that ends a bar's swings: free modes foretell 18 times the motion, a creep 1.7."""
+    make("absent:eddy_brake", 893632, tmp_path)
+    report = calibrate_case(tmp_path / "case.toml").report
+    assert report["error"]["before"] > 10 and report["diagnosis"]["verdict"] == "unexplained"
+
+
+@pytest.mark.slow
 def test_a_pitch_that_a_twin_moves_names_no_change_of_the_body(tmp_path):
     """A strip that is stiffer one way creeps as well, for all that the record shows."""
     truth = make("asymmetric_stiffness", 526544, tmp_path)
