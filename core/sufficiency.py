@@ -50,15 +50,14 @@ def owes(found: TimeFit, declared: TimeFit, clearly: float = CLEARLY) -> bool:
     """Whether effects that take most of what was off leave clearly more than noise, and more than a
     trifle of it: what they lack has a cause too.
 
-    What is read off the record is there as it was, so that what it leaves is no trifle. What was
-    off by more than the motion itself, which nothing at all would have predicted better, excuses
-    no more than that.
+    What is read off the record is there as it was, so that what it leaves is no trifle; nor is an
+    error as large as the motion itself, which nothing at all would have predicted better.
     """
     noise = noise_share(declared.law.takes, True)
     after, before = (errors(one).held_out for one in (found, declared))
     read = is_read_off([e for e in found.law.effects if e not in declared.law.effects])
-    trifle = 0.0 if read else TRIFLE * _beyond(min(before, WHOLE), noise)
-    if after > clearly * noise > 0 and _beyond(after, noise) > trifle:
+    trifle = 0.0 if read else TRIFLE * _beyond(before, noise)
+    if after > clearly * noise > 0 and (_beyond(after, noise) > trifle or after > WHOLE):
         return True
     noisy = found.chi2 > NOISY * found.samples
     return noisy and excess(found) > PART * excess(declared)
