@@ -32,6 +32,7 @@ ENOUGH = 0.6  # share of the misfit that an effect of the body must take
 NEARLY = 0.8  # of the best one's gain makes a twin
 CLEAR = 6.0  # misfit per piece above which no known effect is a finding in itself
 OUTWEIGHS = 4.5  # body's misfit over that in time, above which the latter decides nothing
+DIFFERS = "Pitches, shapes or the sag differ a little from the body's;"
 LEFT = 0.5  # of what that error has beyond free modes', rms: more, and something else is there
 
 
@@ -147,21 +148,17 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         and base.chi2 - s.hypothesis.chi2 > ENOUGH * over
         and not _may_be_nothing(s)
     ]
-    mends_all = bool(good) and _mends_all(good[0], base, ground.measured)
-    if not (known_apart or mends_all):
+    if not (known_apart or (good and good[0].hypothesis.chi2 < pieces)):
         return plain
-    if chance > doubt and not mends_all:
-        return _unsure(plain, good, base, heard.match.modes)
+    if chance > doubt and not (good and _mends_all(good[0], base, ground.measured)):
+        return _unsure(plain, [(s.effect.name, _as_found(s, plain, heard, stiff)) for s in good])
     before = body_error(verdict, ground, base)
     with_it = body_error(verdict, ground, good[0].hypothesis) if good else None
     misfit = (float((base.pitch_pull**2).sum()), float(base.shape_chi2.sum()))
     free = errors(verdict.damped)
     mended = bool(good) and mends(with_it, before, free)
     if not mended and base.chi2 < CLEAR * pieces:
-        line = (
-            "Pitches, shapes or the sag differ a little from the body's; "
-            "no known effect mends that."
-        )
+        line = f"{DIFFERS} no known effect mends that."
         return replace(plain, warnings=[*plain.warnings, line])
     if not good or misleads(with_it, before, free):
         return replace(plain, verdict="unexplained", before=before, misfit=misfit, doubtful=True)
@@ -188,21 +185,34 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     )
 
 
-def _unsure(plain: Findings, good: list[Suspect], base: Hypothesis, modes) -> Findings:
-    """The same, with Young's modulus as unsure as the body is: what may have changed it is not
-    clear enough beside what acts in time, and is told in a line.
+def _unsure(plain: Findings, able: list[tuple[str, dict]]) -> Findings:
+    """The same, with Young's modulus as unsure as the body is: what may have changed it, beside a
+    drag or a stiffness that drifts, is not clear enough to be named, and is told in a line.
+
+    able: of each of these the name and, by computed mode, the least and the most modulus with it
+    over that without.
     """
-    if not good:
+    if not able:
         return plain
-    ratio = np.array([one.hypothesis.modulus / base.modulus for one in good])[:, None]
-    least = np.minimum(ratio * [one.moduli[0] for one in good], 1.0).min(axis=0)
-    most = np.maximum(ratio * [one.moduli[1] for one in good], 1.0).max(axis=0)
-    known = plain.moduli or {}
-    moduli = {j: (least[k], most[k]) for k, j in enumerate(modes)}
-    moduli = {j: tuple(np.multiply(span, known.get(j, (1.0, 1.0)))) for j, span in moduli.items()}
-    names = " or ".join(one.effect.name for one in good)
-    line = f"Pitches, shapes or the sag differ a little from the body's; {names} may be there, too."
-    return replace(plain, moduli=moduli, warnings=[*plain.warnings, line])
+    moduli = {}
+    for j in able[0][1]:
+        known = plain.modulus_span(j)
+        least, most = np.transpose([known, *(np.multiply(span[j], known) for _, span in able)])
+        moduli[j] = (min(least), max(most))
+    names = " or ".join(name for name, _ in able)
+    return replace(plain, moduli=moduli, warnings=[*plain.warnings, f"{DIFFERS} {names} may act."])
+
+
+def _as_found(one: Suspect, plain: Findings, heard: Heard, stiff: np.ndarray) -> dict:
+    """By computed mode, the least and the most modulus that its pitch tells with a change of the
+    body, over what it tells without.
+    """
+    own, changed = heard.body.modes.frequency, _mesh_pitch(one, heard, stiff)
+    moduli = _moduli(one, heard)
+    return {
+        j: tuple(np.multiply((plain.mesh_frequency(own[j], j) / changed[j]) ** 2, moduli[j]))
+        for j in changed
+    }
 
 
 def _outweighs(before: Error, free: Error, verdict: Verdict) -> bool:

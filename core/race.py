@@ -103,21 +103,23 @@ def _shares(one: Try, most: float) -> list[float]:
 def _places(one: Try) -> np.ndarray:
     """(S, p) where the search begins."""
     start, effect = one.outset or one.start, one.effect
-    begins = (
-        one.begins
-        if one.every
-        else [one.begins[i] for i in unlike(effect, one.begins, one.promise)]
-    )
-    if effect.force and effect.places > PLACES and not one.every:  # the best may be so by chance
-        firsts = {tuple(place) for place in start.law.setting.places[:APART]}
-        near = [i for i, b in enumerate(one.begins) if tuple(b[len(effect.low) :]) in firsts]
-        some = [one.begins[i] for i in near]
-        begins += [some[i] for i in unlike(effect, some, one.promise[near])]
-        begins = list(dict.fromkeys(begins))
+    begins = one.begins if one.every else _likeliest(one)
     if effect.marched:
         return outsets(start, one.law, [begin(start, effect, begins)])[: one.runners]
     some = begins[: one.runners]
     return np.array([extend(start, (effect,), [theta])[1] for theta in some])
+
+
+def _likeliest(one: Try) -> list:
+    """Of each strength the place that promises most, and the one among a few that does."""
+    effect, begins, promise = one.effect, one.begins, one.promise
+    out = [begins[i] for i in unlike(effect, begins, promise)]
+    if effect.force and effect.places > PLACES:  # of so many the best may be one by chance
+        firsts = {tuple(place) for place in one.start.law.setting.places[:APART]}
+        near = [i for i, b in enumerate(begins) if tuple(b[len(effect.low) :]) in firsts]
+        some = [begins[i] for i in near]
+        out += [some[i] for i in unlike(effect, some, promise[near])]
+    return list(dict.fromkeys(out))
 
 
 def ended(one: Try, begun: Begun, anew: bool = True) -> TimeFit | None:

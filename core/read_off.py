@@ -39,7 +39,7 @@ def read_off(start: TimeFit) -> list[Effect]:
         free = frames * data.take.recording.values.shape[2]
         rms = base_motion.size(data, residual) / px_per_metre(data)
         out.append(base_motion.shaken(shared, rms, free))
-        for paths in base_motion.support_paths(law.takes) if data.support.any() else []:
+        for paths in base_motion.support_paths(law.takes):
             out.append(base_motion.shaken(shared, rms, free, paths))
     return out
 

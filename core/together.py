@@ -81,8 +81,13 @@ def _beside(start: TimeFit, ranked: list[Candidate], known: dict) -> list[Candid
     """
     strong = [single for single in ranked if single.evidence >= EVIDENCE]
     # what foretells badly, for want of another one, may tell most of what was fitted
-    telling = [single for single in ranked if bic(single.found) < bic(start) - EVIDENCE]
-    fitting = sorted(telling, key=lambda single: bic(single.found))
+    telling = [
+        single
+        for single in ranked
+        if bic(single.found) < bic(start) - EVIDENCE and not single.found.law.effects[-1].free
+    ]
+    both = list(dict.fromkeys([*strong, *telling]))
+    fitting = sorted(both, key=lambda single: bic(single.found))
     most = CHEAPLY if _marches_cheaply(start) else BEAM
     first = list(dict.fromkeys([*strong[:BEAM], *fitting[:most]]))
     others = [single for single in fitting if single not in first]

@@ -101,7 +101,8 @@ class Effect:
       acceleration(theta, setting) -> (State -> (K, B))  the same, spread over the modes by itself
       columns(theta, setting, time, u) -> (B, T, q)   motion with a free shape
       beside(theta, omega, zeta, time) -> (B, T, q)   the same, of the modes' own pitches (B, K) as
-          they are fitted; it goes before `columns`
+          they are fitted; it goes before `columns`, which must be as many
+      beside_in(take) -> `beside` there               where takes differ in it
       clock(theta, setting, time, take) -> (B, T)     instants at which the model is seen in it
       delay(theta, setting, row) -> (B, C, T)         s, later sight of samples on rows (C, T)
       starts(setting, residual) -> list of theta      where the fit begins
@@ -129,7 +130,7 @@ class Effect:
     grows: bool = False  # with time, so that half of a record hardly shows it
     columns: Callable | None = None
     beside: Callable | None = None
-    beside_in: Callable | None = None  # Take -> `beside` there, where takes differ in it
+    beside_in: Callable | None = None
     channels: Callable | None = None  # (theta, setting, take) -> (C,) bool: who has the columns
     clock: Callable | None = None
     delay: Callable | None = None

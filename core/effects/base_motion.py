@@ -1,7 +1,8 @@
 """The support or the camera moves: every marker moves along.
 
 Law         y_m += s(t), the same for all markers; where it is the support that moves, the body
-            answers with q_k'' + 2 z w q_k' + w^2 q_k = -G_k s'' as well, G_k in a free shape
+            answers along each way a that it goes with q_ka'' + 2 z w q_ka' + w^2 q_ka = -G_ka s_a''
+            as well, G_ka in a free shape
 Tells       what is left is common to all markers, those on the support included
 Looks like  mode 1 when the markers sit close together; a marker on the support settles it
 Source      Ewins, Modal Testing (2000), 3.3: the reference must be measured
@@ -17,7 +18,6 @@ from ..data import poles
 from .base import Effect, Parameter
 
 FEWEST = 12  # instants at which a support is seen, to tell how it moves
-DULLEST = 0.999  # damping ratio, most: what no longer swings answers much as what hardly does
 ALONG, ABOVE = 0.01, 2.0  # power of a way that counts, over that of the largest and of the noise
 BESIDE, MARGIN = 4, 1.3  # neighbours either way of a spectrum's line; noise is no less than this
 SETTLE = "stick a marker on the support, or film something that stands still beside it"
@@ -82,14 +82,15 @@ def clear(path: np.ndarray, variance: float) -> np.ndarray:
 
 def support_paths(takes) -> list[dict]:
     """Of every take, by `key`, instants (n,) s and the motion (a, n) of the support's markers:
-    along where it is largest in the first take, and, where it goes other ways too, along all; none
-    where a take shows too little of them.
+    along where it is largest in all takes, and, where it goes other ways too, along all; none where
+    a take shows too little of them.
     """
     seen = [_support_motion(data) for data in takes]
     if min(len(time) for time, _, _ in seen) <= FEWEST:
         return []
-    ways, sizes, _ = np.linalg.svd(seen[0][1], full_matrices=False)
-    heard = sizes**2 > max(ALONG * sizes[0] ** 2, ABOVE * len(seen[0][0]) * seen[0][2])
+    ways, sizes, _ = np.linalg.svd(np.hstack([mean for _, mean, _ in seen]), full_matrices=False)
+    noise = sum(len(time) * variance for time, _, variance in seen)
+    heard = sizes**2 > max(ALONG * sizes[0] ** 2, ABOVE * noise)
     return [
         {
             key(data.take): (
@@ -125,10 +126,11 @@ def answer(omega: float, zeta: float, time: np.ndarray, path: np.ndarray) -> np.
     With p = q + s the law is p'' + 2 z w p' + w^2 p = 2 z w s' + w^2 s: s needs no second
     derivative, which its noise would drown. The mode's own ringing may be anything.
     """
-    even = np.linspace(time[0], time[-1], max(len(time), int(np.ptp(time) * omega * 2)))
+    # so many instants that a pitch which moves by little hardly ever changes their number
+    fine = 2 ** int(np.ceil(np.log2(max(np.ptp(time) * omega * 2, 1.0))))
+    even = np.linspace(time[0], time[-1], max(len(time), fine))
     s = np.interp(even, time, path - path[0])
     # p is twice the real part of z, z' = pole z + share s, and s straight between two instants
-    zeta = min(zeta, DULLEST)
     pole = poles(omega / (2 * np.pi), zeta)
     share = (2 * zeta * omega * pole + omega**2) / (2j * pole.imag)
     step = even[1] - even[0]
@@ -139,8 +141,8 @@ def answer(omega: float, zeta: float, time: np.ndarray, path: np.ndarray) -> np.
 
 
 def _answers(at, ways, theta, omega, zeta, time) -> np.ndarray:
-    """(B, T, q) what modes at omega, zeta (B, K) move, seen at `time` (B, T), each for each of the
-    `ways` (a, n) in which the support moves at the instants `at` (n,).
+    """(B, T, q) what modes at omega, zeta (B, K) move, seen at `time` (B, T), all rows of which are
+    one, each for each of the `ways` (a, n) in which the support moves at the instants `at` (n,).
     """
     known = {
         (k, w, z): [np.interp(time[0], at, answer(w, z, at, way)) for way in ways]

@@ -95,16 +95,17 @@ def test_a_shaken_path_is_cleared_of_noise_and_its_gaps_are_bridged(noise):
     assert np.abs(base_motion.clear(path, 0.0) - path).max() < 1e-9
 
 
-def supported(ways, noise=0.05):
-    """A take in which two markers on the support and one elsewhere go `ways` (n, 3)."""
+def supported(ways, noise=0.05, name="take"):
+    """A take in which two markers on the support go `ways` (n, 3), and one elsewhere otherwise."""
     rng = np.random.default_rng(4)
     recording = SimpleNamespace(start=0.0, stop=None)
+    values = np.hstack([ways, ways, ways[::-1, ::-1]])
     return SimpleNamespace(
-        take=SimpleNamespace(name="take", recording=recording),
+        take=SimpleNamespace(name=name, recording=recording),
         time=np.arange(len(ways)) / 120,
         marker=np.repeat([0, 1, 2], 3),
         support=np.repeat([True, True, False], 3),
-        values=np.tile(ways, 3) + noise * rng.standard_normal((len(ways), 9)),
+        values=values + noise * rng.standard_normal(values.shape),
         sigma=np.full(9, noise),
     )
 
@@ -112,17 +113,32 @@ def supported(ways, noise=0.05):
 def test_a_support_is_heard_along_every_way_that_it_goes():
     time = np.arange(600) / 120
     one, other = np.sin(2 * np.pi * 1.1 * time), np.sin(2 * np.pi * 2.3 * time + 1)
-    (line,) = base_motion.support_paths([supported(np.outer(one, [1.0, 0.5, 0.0]))])
+    along, across = np.outer(one, [1.0, 0.5, 0.0]), np.outer(other, [0.0, 0.3, 0.4])
+    (line,) = base_motion.support_paths([supported(along)])
     ((_, ways),) = line.values()
     assert ways.shape == (1, 600)
-    both = np.outer(one, [1.0, 0.5, 0.0]) + np.outer(other, [0.0, 0.3, 0.4])
-    line, plane = base_motion.support_paths([supported(both)])
+    _, plane = base_motion.support_paths([supported(along + across)])
     ((_, ways),) = plane.values()
     assert ways.shape == (2, 600)
     for path in (one - one.mean(), other - other.mean()):
         left = path - np.linalg.lstsq(ways.T, path, rcond=None)[0] @ ways
         assert np.sqrt(np.mean(left**2)) < 0.05
-    assert base_motion.support_paths([supported(both[:10])]) == []
+    # in another take only does it go the other way
+    _, plane = base_motion.support_paths([supported(along), supported(across, name="other")])
+    assert [ways.shape for _, ways in plane.values()] == [(2, 600), (2, 600)]
+    assert base_motion.support_paths([supported(along[:10])]) == []
+
+
+@pytest.mark.parametrize(
+    ("size", "noise", "count"),
+    [(0.15, 0.001, 2), (0.08, 0.001, 1), (0.3, 0.1, 2), (0.3, 0.8, 1)],
+    ids=["it shows", "beside the largest a trifle", "above the noise", "within the noise"],
+)
+def test_a_way_counts_beside_the_largest_and_above_the_noise(size, noise, count):
+    time = np.arange(600) / 120
+    one, other = np.sin(2 * np.pi * 1.0 * time), np.sin(2 * np.pi * 2.0 * time)
+    moved = np.outer(one, [1.0, 0.0, 0.0]) + size * np.outer(other, [0.0, 1.0, 0.0])
+    assert len(base_motion.support_paths([supported(moved, noise)])) == count
 
 
 def test_a_body_on_a_support_answers_each_way_in_each_of_its_modes_as_they_are():

@@ -109,7 +109,7 @@ def base_motion(rng, stage) -> Planted:
     share = np.sqrt(1 / len(ways))
 
     def moved(t, order=0):
-        """(2, ...) along each of the ways."""
+        """(n, ...) along each of the ways."""
         return share * np.array([path(t, order) for path in paths])
 
     def force(s, system):

@@ -39,7 +39,7 @@ class Scene:
     plain: tuple | None = None  # the system with no planted change of the body, once it is known
     without: dict = field(default_factory=dict)  # what a linear fit leaves when nothing is planted
     needs: dict = field(default_factory=dict)  # what the planted effects asked for
-    plane: bool = False  # what rubs does so sideways too
+    plane: bool = False  # what rubs does so sideways too, a support goes two ways
     pinhole: bool = False  # the case declares a pinhole camera
 
     @property

@@ -151,6 +151,16 @@ def test_dry_friction_takes_four_times_the_force_over_the_stiffness_each_cycle()
     assert np.ptp(x[-3000:]) < 2 * force / w**2 * 1.05  # dead stop
 
 
+def test_a_support_that_goes_two_ways_pushes_as_both_do():
+    rng = np.random.default_rng(3)
+    inertia, q = rng.standard_normal((4, 2)), np.zeros(4)
+    both = forces.Shaken(inertia, lambda t: np.array([np.sin(t), t]))
+    one = forces.Shaken(inertia[:, 0], np.sin)
+    other = forces.Shaken(inertia[:, 1], lambda t: t)
+    assert both.force(q, q, 0.7) == pytest.approx(one.force(q, q, 0.7) + other.force(q, q, 0.7))
+    assert one.force(q, q, 0.7) == pytest.approx(-inertia[:, 0] * np.sin(0.7))  # it stays behind
+
+
 def test_what_rubs_in_a_plane_has_no_direction_of_its_own():
     """Turned, a straight swing rubs as along a line, and a round one falls as a spiral does."""
     w, force = 2 * np.pi, 0.03 * (2 * np.pi) ** 2
