@@ -29,8 +29,8 @@ def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
     was sought beside some already, as `pairs` has it.
     """
     declared, (able, ranked, strong, known) = chain[0][1], candidates
-    ahead = {c.names for c in strong}
-    others = [c for c in able if c.names not in ahead]
+    there = {c.names for c in strong}
+    others = [c for c in able if c.names not in there]
     beam = sorted([*strong, *others], key=lambda c: -c.evidence)
     found = exchanged(to_their_end(pairs(declared, beam, known), declared), declared)
     found = [c for c in polished(found, declared, widen) if c.evidence > EVIDENCE]

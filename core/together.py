@@ -80,14 +80,15 @@ def _beside(start: TimeFit, ranked: list[Candidate], known: dict) -> list[Candid
     have bent to do what two others do. So few are worth a search that is dear.
     """
     strong = [single for single in ranked if single.evidence >= EVIDENCE]
-    # what foretells badly, for want of another one, may tell most of what was fitted
+    # what foretells badly, for want of another one, may tell most of what was fitted; what is read
+    # off the record does so anyway
     telling = [
         single
         for single in ranked
         if bic(single.found) < bic(start) - EVIDENCE and not single.found.law.effects[-1].free
     ]
-    both = list(dict.fromkeys([*strong, *telling]))
-    fitting = sorted(both, key=lambda single: bic(single.found))
+    some = list(dict.fromkeys([*strong, *telling]))
+    fitting = sorted(some, key=lambda single: bic(single.found))
     most = CHEAPLY if _marches_cheaply(start) else BEAM
     first = list(dict.fromkeys([*strong[:BEAM], *fitting[:most]]))
     others = [single for single in fitting if single not in first]

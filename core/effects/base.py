@@ -209,6 +209,16 @@ def reduced_basis(parts: list[np.ndarray], mass) -> np.ndarray:
     return basis
 
 
+def as_declared(beside: Callable) -> Callable:
+    """The hook `columns` of an effect with the hook `beside`: the same at the declared pitches."""
+
+    def columns(theta, setting, time, u):
+        pitches = (np.tile(one, (len(theta), 1)) for one in (setting.omega, setting.zeta))
+        return beside(theta, *pitches, time)
+
+    return columns
+
+
 def ring(omega: np.ndarray, zeta: np.ndarray, time: np.ndarray) -> np.ndarray:
     """cos and sin (B, T, 2) of a free swing; omega and zeta (B, 1), time (B, T)."""
     if len(time) > 1 and not np.ptp(time, axis=0).any():  # most of a batch moves something else

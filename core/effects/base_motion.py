@@ -15,7 +15,7 @@ from scipy.ndimage import uniform_filter1d
 from scipy.signal import lfilter
 
 from ..data import poles
-from .base import Effect, Parameter
+from .base import Effect, Parameter, as_declared
 
 FEWEST = 12  # instants at which a support is seen, to tell how it moves
 ALONG, ABOVE = 0.01, 2.0  # power of a way that counts, over that of the largest and of the noise
@@ -170,12 +170,7 @@ def shaken(shared: tuple[np.ndarray, ...], rms: float, free: int, paths=None) ->
         settle=SETTLE,
         starts=lambda setting, residual: [()],
         given=lambda take: shared[take],
-        columns=first
-        and (
-            lambda theta, setting, time, u: first(
-                theta, setting.omega[None], setting.zeta[None], time
-            )
-        ),
+        columns=first and as_declared(first),
         beside=first,
         beside_in=first and (lambda take: swings[key(take)]),
         channels=lambda setting, data: ~data.support,

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .base import Effect, companion, of_takes, ring, shared, unlike_damping
+from .base import Effect, as_declared, companion, of_takes, ring, shared, unlike_damping
 
 MOST = 1.15  # ratio of the damping ratios of two modes of one pitch
 LOSS, ACROSS = 1.5, 0.1  # the same, where no more of the one's motion goes along the other
@@ -121,12 +121,7 @@ def crossing(k: int, gap: float = 0.0) -> Effect:
         high=(gap + SPREAD,),
         # at one pitch it would be a turn of the mode, which tells nothing of where to go
         starts=lambda setting, residual: [(way * max(gap, SPREAD / 2),) for way in (1, -1)],
-        columns=lambda theta, setting, time, u: beside(
-            theta,
-            np.tile(setting.omega, (len(theta), 1)),
-            np.tile(setting.zeta, (len(theta), 1)),
-            time,
-        ),
+        columns=as_declared(beside),
         beside=beside,
         of_release=True,
         phased=True,
