@@ -18,7 +18,8 @@ from .dac import apparent, material
 from .data import Case, ElasticModel, Motion, TetMesh, replace
 from .diagnosis import diagnose
 from .effects import mesh_stiffening, split_modes
-from .findings import Findings, examine
+from .examine import examine
+from .findings import Findings
 from .joint import Heard, hear, laid_bare
 from .law import TimeFit
 from .near_camera import as_seen_nearby

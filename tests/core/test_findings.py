@@ -1,8 +1,34 @@
 """What pitches and shapes add to a verdict in time."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
-from core.findings import Findings, _unsure
+from core.compare import Measured, compare
+from core.effects import added_mass, compliant_pin, graded_stiffness
+from core.examine import _as_declared, _is_able, _mends_all, _unsure
+from core.findings import Findings
+from core.ground import Ground
+from core.modal_layer import Suspect
+
+PITCH = np.array([3.0, 7.0, 11.0])
+SHAPES = np.linalg.qr(np.random.default_rng(4).standard_normal((12, 3)))[0].T
+
+
+def looked_at(pitch):
+    """(what was measured of a body with these pitches, how it fits one with PITCH)."""
+    measured = Measured(pitch, np.full(3, 0.003), SHAPES, np.full((3, 12), 0.02))
+    return measured, compare(measured, (2 * np.pi * PITCH) ** 2, SHAPES)
+
+
+def suspect(hypothesis, evidence, effect=added_mass.EFFECT, near=(), told=None):
+    return Suspect(effect, hypothesis, np.zeros(1), told or {}, evidence, 0.0, list(near), [])
+
+
+def ground(measured, base):
+    return Ground(None, None, measured, base, np.ones(3), np.zeros(3), np.zeros(3))
 
 
 @pytest.mark.parametrize("declared", [(1.0, 1.0), (0.9, 1.2)])
@@ -19,3 +45,58 @@ def test_a_body_that_may_be_another_one_has_a_modulus_as_unsure_as_that(declared
     assert found.modulus_span(1) == (1.0, 1.0) and found.verdict == "explained"
     assert found.warnings[:-1] == ["as it was"]
     assert "compliant_pin or graded_stiffness" in found.warnings[-1]
+
+
+@pytest.mark.parametrize(("evidence", "left", "strange", "mends"), [
+    (30.0, 0.001, 0, True),
+    (19.0, 0.001, 0, False),  # not twice as clear as it must be
+    (30.0, 0.02, 0, False),  # it leaves a pitch off
+    (30.0, 0.001, 1, False),  # or a faint mode aside that the declared body holds
+], ids=["mends", "hardly clear", "leaves", "sets aside"])  # fmt: skip
+def test_beside_what_bends_shapes_a_change_of_the_body_must_mend_all(
+    evidence, left, strange, mends
+):
+    measured, base = looked_at(PITCH * [1.0, 1.1, 0.9])
+    _, found = looked_at(PITCH * [1.0, 1.0 + left, 1.0 - left])
+    one = suspect(replace(found, strange=strange), evidence)
+    assert _mends_all(one, base, measured) == mends
+
+
+@pytest.mark.parametrize(("evidence", "share", "signs", "able"), [
+    (11.0, 0.9, (0.5, 0.9), True),
+    (9.0, 0.9, (0.5, 0.9), False),
+    (11.0, 0.5, (0.5, 0.9), False),
+    (11.0, 0.9, (0.9, 1.1), False),  # as stiff at both ends is no gradient
+], ids=["able", "not clear", "takes half", "may be nothing"])  # fmt: skip
+def test_a_change_of_the_body_is_able_where_it_is_clear_takes_most_and_is_surely_something(
+    evidence, share, signs, able
+):
+    measured, base = looked_at(PITCH * [1.0, 1.1, 0.9])
+    found = replace(base, chi2=base.chi2 * (1 - share))
+    near = [(0.0, {"ratio": ratio}, None) for ratio in signs]
+    one = suspect(found, evidence, graded_stiffness.EFFECT, near)
+    assert _is_able(one, ground(measured, base)) == able
+
+
+def test_what_the_author_declares_of_the_body_is_what_others_are_held_against():
+    measured, base = looked_at(PITCH * [1.0, 1.1, 0.9])
+    _, mended = looked_at(PITCH)
+    mended = replace(mended, modulus=4.0)
+    near = [(0.0, {}, mended.pitches / np.sqrt(ratio)) for ratio in (0.8, 1.25)]
+    pin = suspect(mended, 40.0, compliant_pin.EFFECT, near)
+    mass = suspect(base, 55.0)
+    heard = SimpleNamespace(
+        body=SimpleNamespace(case=SimpleNamespace(declared=("compliant_pin",))),
+        match=SimpleNamespace(modes=(0, 1, 2)),
+    )
+    plain = Findings("adequate", [], [], [], [])
+    stiff = np.array([0.0, 0.02, 0.04])
+    found, there, others = _as_declared(plain, ground(measured, base), [mass, pin], heard, stiff)
+    assert there.base is mended and [s.effect.name for s in others] == ["added_mass"]
+    assert others[0].evidence == pytest.approx(15.0)
+    assert found.mesh_frequency(9.0, 2) == pytest.approx(mended.pitches[2] * np.sqrt(1.04))
+    assert found.modulus_span(1) == pytest.approx((0.8, 1.25))
+    # what it does not explain is no part of the body
+    idle = suspect(mended, -1.0, compliant_pin.EFFECT)
+    same, where, others = _as_declared(plain, there, [mass, idle], heard, stiff)
+    assert same is plain and where is there and others[0].evidence == 55.0

@@ -13,7 +13,7 @@ from core.compare import STRANGE, Measured, compare
 from core.data import Material
 from core.effects import added_mass, compliant_pin, graded_stiffness, poisson_ratio
 from core.elasticity import assemble, hold, lump_operator, lump_radius
-from core.findings import DOUBT, _chance
+from core.examine import DOUBT, _chance
 from core.ground import parted
 from core.match import mac
 from core.modal_layer import _fit, improved

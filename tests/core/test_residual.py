@@ -9,7 +9,7 @@ import pytest
 from core.body_error import body_error, leaves, mends, misleads
 from core.channels import Channels
 from core.effects import air_drag, contact, stiffness_drift
-from core.findings import _bends, _outweighs
+from core.examine import _bends, _outweighs
 from core.residual import Error, error_of
 
 FRAMES, RATE = 300, 100

@@ -1,0 +1,278 @@
+"""The verdict on the whole: what the time layer found, and what pitches and shapes add to it."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.stats import chi2 as chi2_law
+
+from .body import Body
+from .body_error import body_error, leaves, mends, misleads
+from .camera_layer import camera_effects
+from .compare import PIECES, Hypothesis, Measured
+from .findings import Findings
+from .ground import Ground, ground_of, moved
+from .joint import Heard
+from .law import TimeFit
+from .match import PAIR
+from .modal_layer import Suspect, suspects
+from .residual import FAR_OFF, Error, errors, strays
+from .stranger import strangers, told
+from .sufficiency import ASTRAY, CLEARLY, gained
+from .tell_change import mesh_pitches, modulus_spans, ranking, sag_lines, told_change
+from .turned import weighs
+from .twins import creeps, softer
+from .unmatched import acts
+from .verdict import Verdict
+
+DOUBT = 1e-3  # chance below which pitches and shapes do not fit the declared body
+FITS = 0.05  # chance from which they fit a changed one
+SLIGHT = 0.01  # of the motion, rms, and of a pitch, up to which what acts in time is a trifle
+EVIDENCE = 10.0  # gain in BIC (Kass and Raftery 1995: very strong)
+ENOUGH = 0.6  # share of the misfit that an effect of the body must take
+CLEAR = 6.0  # misfit per piece above which no known effect is a finding in itself
+OUTWEIGHS = 4.5  # body's misfit over that in time, above which the latter decides nothing
+DIFFERS = "Pitches, shapes or the sag differ a little from the body's;"
+LEFT = 0.5  # of what that error has beyond free modes', rms: more, and something else is there
+
+
+def examine(heard: Heard, verdict: Verdict, stiff: np.ndarray, sigma: np.ndarray) -> Findings:
+    """What pitches, shapes and rest places say beside the time layer's verdict."""
+    found = _examine_body(heard, verdict, stiff, sigma)
+    if verdict.verdict == "refused":
+        return found
+    known = heard.body.case.declared
+    seen = [one for one in camera_effects(heard, verdict) if one.effect["name"] not in known]
+    if found.effects:  # a changed body's shapes are not those that a lag is read beside
+        seen = [one for one in seen if one.effect["name"] != "rolling_shutter"]
+    large = [one for one in seen if one.material]
+    if not large:
+        return replace(found, minor=tuple((o.effect["name"], o.share) for o in seen))
+    in_time = len(verdict.effects) > verdict.laws
+    shown = [] if found.before or in_time else [one for one in large if one.before]
+    return replace(
+        found,
+        verdict="explained" if found.verdict == "adequate" else found.verdict,
+        effects=[*found.effects, *(one.effect for one in large)],
+        minor=tuple((o.effect["name"], o.share) for o in seen if o not in large),
+        before=found.before or (shown[0].before if shown else None),
+        rows=(*found.rows, *((o.effect["name"], errors(verdict.final)) for o in shown)),
+    )
+
+
+def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
+    """Compare the final fit's pitches and shapes with the body's, and name what would mend them."""
+    soft, softest = softer(verdict.final)
+    plain = Findings(verdict.verdict, [], [], [], [], stiffer=1 / soft, stiffest=1 / softest)
+    condition = heard.condition[verdict.final.law.fitted[0]]
+    if heard.turns[condition] is None or verdict.verdict == "refused":
+        return replace(plain, advice=[verdict.why] if verdict.why else [])
+    ground = ground_of(heard, verdict, stiff, sigma)
+    if ground is None:
+        return plain
+    plain = replace(plain, warnings=sag_lines(ground, ground.base))
+    doubt = _doubt(verdict)
+    # shapes alone, bent by whatever acts in time, name nothing
+    needed = doubt if _bends(verdict.final) else DOUBT
+    if _chance(ground.base, ground.measured) > needed:
+        strange = strangers(verdict, ground) if verdict.verdict == "adequate" else None
+        if not strange:
+            return plain
+        return replace(plain, verdict="unexplained", warnings=[*plain.warnings, told(strange)])
+    ranked = _weighed(suspects(ground, _no_suspects(heard.body)), heard, verdict)
+    plain, ground, ranked = _as_declared(plain, ground, ranked, heard, stiff)
+    chance = _chance(ground.base, ground.measured)
+    if chance > needed:
+        return plain
+    able = [s for s in ranked if _is_able(s, ground)]
+    # what acts in time may have bent the shapes beyond knowing which mode is which
+    known_apart = not any(e.marched for e in verdict.final.law.effects)
+    known_apart = known_apart or _alike(ground.base.modes, heard)
+    if not (known_apart or (able and able[0].hypothesis.chi2 < _pieces(ground))):
+        return plain
+    if chance > doubt and not (able and _mends_all(able[0], ground.base, ground.measured)):
+        return _unsure(plain, [(s.effect.name, _as_found(s, plain, heard, stiff)) for s in able])
+    return _changed(plain, ground, verdict, ranked, heard, stiff)
+
+
+def _doubt(verdict: Verdict) -> float:
+    """Chance below which the body is another one: a second cause needs to be clearer, unless the
+    first hardly moves anything.
+    """
+    slight = not acts(verdict.damped) and _is_slight(verdict)
+    return DOUBT**2 if acts(verdict.final) and not slight else DOUBT
+
+
+def _as_declared(plain, ground: Ground, ranked: list[Suspect], heard: Heard, stiff):
+    """The same beside the change of the body that the author declares, where it tells anything, and
+    the other suspects.
+    """
+    declared = heard.body.case.declared
+    others = [s for s in ranked if s.effect.name not in declared]
+    known = [s for s in ranked if s.effect.name in declared and s.evidence > 0]
+    if not known:
+        return plain, ground, others
+    said = known[0]
+    plain = replace(
+        plain,
+        mesh_pitch=mesh_pitches(said, heard, stiff),
+        moduli=modulus_spans(said, heard),
+        warnings=sag_lines(ground, said.hypothesis),
+    )
+    others = [replace(s, evidence=s.evidence - said.evidence) for s in others]
+    return plain, replace(ground, base=said.hypothesis), others
+
+
+def _pieces(ground: Ground) -> float:
+    """Pieces of what was measured of the body: a misfit of so much is chance."""
+    K = len(ground.measured.frequency)
+    return K * PIECES + (K - 1) + (ground.pull is not None)
+
+
+def _is_able(one: Suspect, ground: Ground) -> bool:
+    """Whether it is clear, takes enough of the misfit and is surely not nothing."""
+    over = max(ground.base.chi2 - _pieces(ground), 0.0)
+    takes = ground.base.chi2 - one.hypothesis.chi2 > ENOUGH * over
+    return one.evidence > EVIDENCE and takes and not _may_be_nothing(one)
+
+
+def _changed(plain, ground: Ground, verdict: Verdict, ranked, heard: Heard, stiff) -> Findings:
+    """What is told of a body that is surely not the declared one; `ranked`: all suspects."""
+    base = ground.base
+    before = body_error(verdict, ground, base)
+    best = next((s for s in ranked if _is_able(s, ground)), None)
+    with_it = best and body_error(verdict, ground, best.hypothesis)
+    misfit = (float((base.pitch_pull**2).sum()), float(base.shape_chi2.sum()))
+    free = errors(verdict.damped)
+    mended = bool(best) and mends(with_it, before, free)
+    if not mended and base.chi2 < CLEAR * _pieces(ground):
+        line = f"{DIFFERS} no known effect mends that."
+        return replace(plain, warnings=[*plain.warnings, line])
+    if not best or misleads(with_it, before, free):
+        return replace(plain, verdict="unexplained", before=before, misfit=misfit, doubtful=True)
+    left = leaves(with_it, before, free)
+    clear = verdict.verdict != "unexplained" or _outweighs(before, free, verdict)
+    astray = strays(verdict.final, ASTRAY if best.effect.nonlinear else FAR_OFF)
+    fits = left <= LEFT and best.hypothesis.chi2 < CLEAR * _pieces(ground)
+    return replace(
+        plain,
+        verdict="explained" if clear and mended and not astray and fits else "unexplained",
+        effects=[told_change(best, ranked)],
+        warnings=sag_lines(ground, best.hypothesis),
+        ranking=ranking(ranked, verdict, ground),
+        before=before,
+        rows=((best.effect.name, with_it),),
+        misfit=misfit,
+        instead=("split_modes",) if mended else (),  # a changed body parts its own pairs
+        mesh_pitch=mesh_pitches(best, heard, stiff),
+        moduli=modulus_spans(best, heard),
+        doubtful=not fits,
+    )
+
+
+def _unsure(plain: Findings, able: list[tuple[str, dict]]) -> Findings:
+    """The same, with Young's modulus as unsure as the body is: what may have changed it, beside a
+    drag or a stiffness that drifts, is not clear enough to be named, and is told in a line.
+
+    able: of each of these the name and, by computed mode, the least and the most modulus with it
+    over that without.
+    """
+    if not able:
+        return plain
+    moduli = {}
+    for j in able[0][1]:
+        known = plain.modulus_span(j)
+        least, most = np.transpose([known, *(np.multiply(span[j], known) for _, span in able)])
+        moduli[j] = (min(least), max(most))
+    names = " or ".join(name for name, _ in able)
+    return replace(plain, moduli=moduli, warnings=[*plain.warnings, f"{DIFFERS} {names} may act."])
+
+
+def _as_found(one: Suspect, plain: Findings, heard: Heard, stiff: np.ndarray) -> dict:
+    """By computed mode, the least and the most modulus that its pitch tells with a change of the
+    body, over what it tells without.
+    """
+    own, changed = heard.body.modes.frequency, mesh_pitches(one, heard, stiff)
+    moduli = modulus_spans(one, heard)
+    return {
+        j: tuple(np.multiply((plain.mesh_frequency(own[j], j) / changed[j]) ** 2, moduli[j]))
+        for j in changed
+    }
+
+
+def _outweighs(before: Error, free: Error, verdict: Verdict) -> bool:
+    """Whether what the body misses is so much more than what free modes do that these decide
+    nothing: fitted, and held out where they are clearly off.
+    """
+    off = strays(verdict.damped, CLEARLY)
+    ahead = not off or before.held_out > OUTWEIGHS * free.held_out
+    return before.fit > OUTWEIGHS * free.fit and ahead
+
+
+def _alike(modes, heard: Heard) -> bool:
+    """Whether the first of these are the matched modes, or the other ones of their pairs."""
+    known, frequency = list(heard.match.modes), heard.body.modes.frequency
+    apart = np.log(frequency[list(modes)[: len(known)]] / frequency[known])
+    return bool((np.abs(apart) < PAIR).all())
+
+
+def _is_slight(verdict: Verdict) -> bool:
+    """Whether what was found in time hardly shows, moves no pitch, and is no creep, which a sag
+    would show more of.
+    """
+    final, damped = verdict.final, verdict.damped
+    little = gained(damped, final) < SLIGHT and moved(final, damped) < SLIGHT
+    return little and not creeps(verdict)
+
+
+def _weighed(ranked: list[Suspect], heard: Heard, verdict: Verdict) -> list[Suspect]:
+    """The suspects, best evidence first, with what takes of the object turned over say."""
+    out = [
+        replace(s, evidence=s.evidence + weighs(heard, verdict.final, s.hypothesis.modulus))
+        if s.effect.name == "gravity_preload"
+        else s
+        for s in ranked
+    ]
+    return sorted(out, key=lambda s: -s.evidence)
+
+
+def _chance(body: Hypothesis, measured: Measured) -> float:
+    """That a body as this one shows its pitches so far off, or its sag alone beside them."""
+    pull, K = body.pitch_pull, len(measured.frequency)
+    whole = chi2_law.sf((pull**2).sum(), max(len(pull) - 1, 1))
+    if len(pull) == K:
+        return float(whole)
+    alone = pull[K] ** 2 / (1 - measured.weight[K] / measured.weight.sum())
+    return float(2 * min(whole, chi2_law.sf(alone, 1)))
+
+
+def _bends(final: TimeFit) -> bool:
+    """Whether what acts may change shapes and pitches, too: all but what acts on every mode in its
+    own shape, as drag and a stiffness that drifts do.
+    """
+    acting = [e for e in final.law.effects if e.layer in ("time", "camera")]
+    return any(e.acceleration is None for e in acting)
+
+
+def _mends_all(one: Suspect, base: Hypothesis, measured: Measured) -> bool:
+    """Whether it is twice as clear as it must be, and nothing is the matter with it: it leaves no
+    more faint modes aside than the declared body does.
+    """
+    clear = one.evidence > 2 * EVIDENCE and one.hypothesis.strange <= base.strange
+    return clear and _chance(one.hypothesis, measured) > FITS
+
+
+def _no_suspects(body: Body) -> list[str]:
+    """Names of changes of the body that are in it already."""
+    out = ["gravity_preload"] if body.carried else []
+    if body.case.takes[0].loads:  # how these sit would be taken for another mass
+        out.append("added_mass")
+    return out
+
+
+def _may_be_nothing(suspect: Suspect) -> bool:
+    """Whether its interval holds the value that changes nothing: not even its sign is known."""
+    if suspect.effect.nothing is None:
+        return False
+    name, value = suspect.effect.nothing
+    values = [report[name] for _, report, _ in suspect.near]
+    return min(values) < value < max(values)
