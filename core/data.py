@@ -277,7 +277,8 @@ class Case:
 class RingDown:
     """Sum of damped modes: y_c(t) = offset_c + sum_k Re(a_kc exp(p_k (t - t0))), strongest first.
 
-    p = 2 pi f (-z + i sqrt(1 - z^2)), f natural frequency, z damping ratio.
+    p = 2 pi f (-z + i sqrt(1 - z^2)), f natural frequency, z damping ratio. Beside them the
+    channels' means may wander by a polynomial of time and by decays, which only `slow` tells.
     """
 
     frequency: np.ndarray  # (m,) Hz, natural
@@ -288,9 +289,12 @@ class RingDown:
     covariance: np.ndarray  # (2m, 2m) of (f_1.. f_m, z_1.. z_m)
     t0: float = 0.0  # s
     warnings: tuple[str, ...] = ()
+    degree: int = 0  # of the polynomial
+    creep: np.ndarray = ()  # (j,) 1/s, of the decays
 
     def __post_init__(self):
         seal(self, "frequency", float, (None,))
+        seal(self, "creep", float, (None,))
         m = len(self.frequency)
         seal(self, "damping_ratio", float, (m,))
         seal(self, "amplitude", complex, (m, None))
@@ -314,6 +318,12 @@ class RingDown:
         pole = poles(self.frequency, self.damping_ratio)
         phase = np.exp(np.outer(np.asarray(time) - self.t0, pole))
         return self.offset + (phase @ self.amplitude).real
+
+    def slow(self, time: np.ndarray) -> np.ndarray:
+        """(T, 1 + degree + j) what the means may wander by at the instants `time` (T,) s."""
+        after = np.asarray(time) - self.t0
+        whole = np.polynomial.chebyshev.chebvander(2 * after / np.ptp(after) - 1, self.degree)
+        return np.hstack([whole, np.exp(-np.outer(after, self.creep))])
 
 
 def poles(frequency: np.ndarray, damping_ratio: np.ndarray) -> np.ndarray:

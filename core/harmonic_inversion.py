@@ -43,7 +43,8 @@ def invert(
     room = (int(np.isfinite(signals).sum(axis=0).min()) - 6) // 4
     most = max(0, min(MOST_MODES if max_modes is None else max_modes, room))
     record = prepare(time, signals, floor, given, faintest)
-    return _ringdown(select(record, most).fit, time, given)
+    found = select(record, most)
+    return _ringdown(found.fit, time, given, found.degree)
 
 
 def fit_poles(  # noqa: PLR0913  (keywords for what most callers leave out)
@@ -108,7 +109,7 @@ def _checked_noise(noise, signals) -> np.ndarray:
     return noise
 
 
-def _ringdown(found: varpro.Fit, time: np.ndarray, given) -> RingDown:
+def _ringdown(found: varpro.Fit, time: np.ndarray, given, degree: int = 0) -> RingDown:
     decay, omega = found.poles.decay, found.poles.omega
     natural = np.hypot(decay, omega)
     order = np.argsort(-np.linalg.norm(found.amplitude, axis=1), kind="stable")
@@ -126,6 +127,8 @@ def _ringdown(found: varpro.Fit, time: np.ndarray, given) -> RingDown:
         noise=rms,
         covariance=covariance[np.ix_(both, both)],
         t0=float(time[0]),
+        degree=degree,
+        creep=found.poles.creep,
     )
 
 

@@ -25,7 +25,7 @@ from .settle import Recorded, amplitudes, astray, beside, moves_its_way, settle,
 from .side_by_side import side_by_side
 from .symmetry import is_even
 from .timefit import fit
-from .unheard import rest_of, weak_modes
+from .unheard import bare, rest_of, weak_modes
 
 WEAK = 0.6  # likeness in shape less twice the difference in pitch that makes a weak mode known
 WEAKER = 0.4  # the same, where it takes most of what was left
@@ -101,16 +101,24 @@ def _hear(ground: Recorded, rings: tuple, matches: dict[int, Match]) -> Heard:
     loaded = left_out(ground, rings, every, matches)
     chosen = [_same_poles(ground, rings, i, matches) for i in ground.fitted]
     settled = settle(ground, chosen, matches)
-    straight = tuple(_straightened(ground, settled, i) for i in range(len(takes)))
-    if any(new is not old for new, old in zip(straight, takes, strict=True)):
-        ground = replace(ground, takes=straight)
-        chosen = [_same_poles(ground, rings, i, settled[2]) for i in ground.fitted]
-        settled = settle(ground, chosen, settled[2])
-    return _heard(ground, rings, _whole(ground, settled, rings, loaded))
+    straight = _straightened(ground, settled)
+    if straight is ground:
+        return heard_by(ground, rings, _whole(ground, settled, rings, loaded))
+    chosen = [_same_poles(straight, rings, i, settled[2]) for i in ground.fitted]
+    settled = settle(straight, chosen, settled[2])
+    free, turns, first = whole = _whole(straight, settled, rings, loaded)
+    loud = len(settled[2][condition[ground.fitted[0]]].modes)
+    if len(first.modes) > loud:  # what was not heard by itself bends, too
+        straight = _straightened(ground, whole)
+        poles = bare(free.frequency, free.damping_ratio, takes[ground.fitted[0]].sigma)
+        chosen = [amplitudes(straight.takes[i], poles) for i in ground.fitted]
+        again = {condition[ground.fitted[0]]: first}
+        whole = _whole(straight, settle(straight, chosen, again, loud=loud), rings, loaded)
+    return heard_by(straight, rings, whole)
 
 
-def _heard(ground: Recorded, rings: tuple, whole: tuple) -> Heard:
-    """All that was heard, with the declared fit."""
+def heard_by(ground: Recorded, rings: tuple, whole: tuple) -> Heard:
+    """All that was heard, with the declared fit; `whole`: what `with_all` gave."""
     free, turns, first = whole
     if free.law.tied:
         free = untied(free)
@@ -120,18 +128,6 @@ def _heard(ground: Recorded, rings: tuple, whole: tuple) -> Heard:
     if damping != "free":
         declared = fit(replace(free.law, damping=damping), free.parameters, evaluations=40)
     return Heard(ground.takes, rings, ground.condition, ground.bodies, first, turns, free, declared)
-
-
-def nearby(heard: Heard):
-    """The same takes with one more low mode of the body beside the strongest, one after another."""
-    fitted = [i for i, data in enumerate(heard.takes) if not data.take.held_out]
-    condition = heard.condition[fitted[0]]
-    if len(set(heard.condition)) > 1 or None in heard.match.modes:
-        return
-    ground = Recorded(heard.takes, heard.condition, heard.bodies, fitted)
-    for wider in beside(ground, heard.free, heard.match):
-        if wider[2][condition].modes[:-1] == heard.match.modes:
-            yield _heard(ground, heard.rings, _with_all(ground, wider, heard.rings))
 
 
 def _listened(body: Body, find_release) -> tuple[Recorded, tuple]:
@@ -203,7 +199,7 @@ def _whole(ground: Recorded, settled: tuple, rings: tuple, loaded: list):
     free, _, matches = settled
     first = matches[condition]
     if len(matches) > 1 or None in first.modes:
-        return _with_all(ground, (with_left_out(free, loaded), *settled[1:]), rings)
+        return with_all(ground, (with_left_out(free, loaded), *settled[1:]), rings)
     tried, wider, rest = None, None, rest_of(free)
     for alike in (WEAKER, WEAK) if rest else ():
         weak = weak_modes(free, rest, body, first, alike)
@@ -212,14 +208,14 @@ def _whole(ground: Recorded, settled: tuple, rings: tuple, loaded: list):
         if weak[1].modes != tried:
             chosen = [amplitudes(ground.takes[i], weak[0]) for i in ground.fitted]
             tried, loud = weak[1].modes, len(first.modes)
-            wider = settle(ground, chosen, {condition: weak[1]}, loud=loud)
+            wider = settle(ground, chosen, {condition: weak[1]}, loud=loud, aside=weak[2])
         if alike < WEAK and excess(wider[0]) > LESS * excess(free):
             continue
         wider = _with_neighbour(ground, wider)
-        found = _with_all(ground, wider, rings)
+        found = with_all(ground, wider, rings)
         if not astray(found[0], wider[0].frequency, wider[0].damping_ratio).any():
             return found
-    return _with_all(ground, _with_neighbour(ground, settled), rings)
+    return with_all(ground, _with_neighbour(ground, settled), rings)
 
 
 def _with_neighbour(ground: Recorded, settled: tuple) -> tuple:
@@ -238,7 +234,8 @@ def _with_neighbour(ground: Recorded, settled: tuple) -> tuple:
     return settled
 
 
-def _with_all(ground: Recorded, settled: tuple, rings: tuple):
+def with_all(ground: Recorded, settled: tuple, rings: tuple):
+    """The settled fit with partners and further modes; the turns, the first match."""
     free, turns, matches = settled
     condition = ground.condition[ground.fitted[0]]
     first, body = matches[condition], ground.bodies[condition]
@@ -275,13 +272,18 @@ def _with_all(ground: Recorded, settled: tuple, rings: tuple):
     return free, turns, first
 
 
-def _straightened(ground: Recorded, settled: tuple, index: int) -> Channels:
+def _straightened(ground: Recorded, settled: tuple) -> Recorded:
+    """The takes as a lens would show them that bends nothing; the same where none does."""
     free, turns, _ = settled
-    turn, known = turns[ground.condition[index]], None
-    data, body = ground.takes[index], ground.bodies[ground.condition[index]]
-    if index in ground.fitted:
-        known = fitted(free, ground.fitted.index(index))
-    return data if turn is None else straightened(data, body, turn, known)
+    straight = []
+    for index, data in enumerate(ground.takes):
+        turn, body = turns[ground.condition[index]], ground.bodies[ground.condition[index]]
+        take = ground.fitted.index(index) if index in ground.fitted else None
+        known = None if take is None else fitted(free, take, data)
+        straight.append(data if turn is None else straightened(data, body, turn, known))
+    if all(new is old for new, old in zip(straight, ground.takes, strict=True)):
+        return ground
+    return replace(ground, takes=tuple(straight))
 
 
 def laid_bare(heard: Heard, found: TimeFit, effects: int) -> TimeFit:

@@ -25,10 +25,9 @@ class Fitted:
     left: np.ndarray  # (T, C) what it leaves
 
 
-def fitted(found: TimeFit, take: int) -> Fitted:
-    """What a fit says of its fitted take of that number."""
-    index = found.law.fitted[take]
-    left = found.law.takes[index].values - found.predicted[index]
+def fitted(found: TimeFit, take: int, data: Channels) -> Fitted:
+    """What a fit says of its fitted take of that number, which was seen as `data`."""
+    left = data.values - found.predicted[found.law.fitted[take]]
     return Fitted(found.motions[take], found.shapes_of(take), left)
 
 

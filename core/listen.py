@@ -170,13 +170,4 @@ def spread(ring: RingDown, moving: np.ndarray, noise: np.ndarray) -> RingDown:
     amplitude[:, moving] = ring.amplitude
     offset = np.zeros(len(moving))
     offset[moving] = ring.offset
-    return RingDown(
-        ring.frequency,
-        ring.damping_ratio,
-        amplitude,
-        offset,
-        noise,
-        ring.covariance,
-        ring.t0,
-        ring.warnings,
-    )
+    return replace(ring, amplitude=amplitude, offset=offset, noise=noise)

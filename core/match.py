@@ -7,7 +7,7 @@ import numpy as np
 from scipy.stats import beta
 
 from .baseline import real_shapes
-from .data import RingDown, poles
+from .data import RingDown, poles, replace
 from .effects.aliasing import is_folded, unfolded
 from .shutter import at_once
 
@@ -66,20 +66,20 @@ def pursue(ring: RingDown, time: np.ndarray, values: np.ndarray, sigma: np.ndarr
     y = ((values - np.nanmean(values, axis=0)) / sigma)[known]
     pole = poles(ring.frequency, ring.damping_ratio)
     phase = np.exp(np.outer(time[known] - ring.t0, pole))
-    constant = np.ones((known.sum(), 1))
+    slow = ring.slow(time[known])
     alive = ring.damping_ratio <= DEAD
     size = np.linalg.norm(ring.amplitude / sigma, axis=1)
     heard = alive & (size > HEARD * size.max())
     driven = is_driven(pole, np.ptp(time[known]), pole[heard])
     order, shapes, gains = [], [], []
-    left = power = float((y**2).sum())
+    left = power = float(((y - slow @ np.linalg.lstsq(slow, y, rcond=None)[0]) ** 2).sum())
     while len(order) < min(len(ring.frequency), MOST):
         tries = []
         for k in range(len(ring.frequency)):
             if k in order or driven[k] or not alive[k]:
                 continue
             waves = phase[:, [*order, k]]
-            basis = np.hstack([waves.real, -waves.imag, constant])
+            basis = np.hstack([waves.real, -waves.imag, slow])
             coefficients, *_ = np.linalg.lstsq(basis, y, rcond=None)
             tries.append((float(((y - basis @ coefficients) ** 2).sum()), k, coefficients))
         if not tries:
@@ -293,13 +293,10 @@ def select(ring: RingDown, kept: tuple[int, ...]) -> RingDown:
     """The ring-down with these poles only."""
     k = list(kept)
     both = k + [len(ring.frequency) + i for i in k]
-    return RingDown(
-        ring.frequency[k],
-        ring.damping_ratio[k],
-        ring.amplitude[k],
-        ring.offset,
-        ring.noise,
-        ring.covariance[np.ix_(both, both)],
-        ring.t0,
-        ring.warnings,
+    return replace(
+        ring,
+        frequency=ring.frequency[k],
+        damping_ratio=ring.damping_ratio[k],
+        amplitude=ring.amplitude[k],
+        covariance=ring.covariance[np.ix_(both, both)],
     )

@@ -49,8 +49,13 @@ def _through_a_lens(case: Case, distance: float) -> Case:
 def lens(far: Camera, middle: np.ndarray, distance: float) -> Camera:
     """The pinhole camera `distance` (m) from `middle` (3,) m that sees the plane through it, square
     to the view, as the orthographic one does (Hartley and Zisserman, Multiple View Geometry, 2004,
-    6.3).
+    6.3). What it looks at is in the picture's middle, wherever the object's origin may be.
     """
-    look = far.rows[2]
-    here = far.position + look * (look @ (middle - far.position) - distance)
-    return replace(far, kind="pinhole", position=here, scale=far.scale * distance)
+    look, picture = far.rows[2], far.principal_point
+    if all(far.image_size):
+        picture = np.array(far.image_size) / 2
+    aside = (picture - far.principal_point) / far.scale @ far.rows[:2]
+    here = far.position + aside + look * (look @ (middle - far.position) - distance)
+    return replace(
+        far, kind="pinhole", position=here, scale=far.scale * distance, principal_point=picture
+    )

@@ -1,4 +1,4 @@
-"""A second hearing: a mode that only shows once it is known what acts in time."""
+"""A second hearing: a mode more or fewer, once it is known what acts in time or that nothing is."""
 
 from collections.abc import Callable
 from itertools import product
@@ -6,7 +6,8 @@ from itertools import product
 import numpy as np
 
 from .effects.base import Effect
-from .joint import SHOWN, Heard, nearby
+from .hearings import nearby, without_mimics
+from .joint import SHOWN, Heard
 from .law import TimeFit, replace
 from .residual import NOISY, errors, excess
 from .settle import moves_its_way
@@ -20,13 +21,22 @@ RUNNERS = 2  # of those
 def second_hearing(
     heard: Heard, verdict: Verdict, diagnose: Callable[..., Verdict]
 ) -> tuple[Heard, Verdict]:
-    """The takes and the verdict, both anew where that is better with one more low mode.
+    """The takes and the verdict, both anew where that is better with one more low mode; or, where
+    all is unexplained, without those that may be none.
 
     Two modes of a body that lie close together sound as one while something bends their pitches.
     What bends them may be known by now, and what one of them is like follows from the other; or
     it could not be found without the other, or foretells nothing. `diagnose(heard, start)`: the
     latter a fit from where effects are sought, the declared one by default.
     """
+    heard, verdict = _with_one_more(heard, verdict, diagnose)
+    fewer = without_mimics(heard) if verdict.verdict == "unexplained" else None
+    if fewer is not None and _is_better(again := diagnose(fewer), verdict):
+        return _with_one_more(fewer, again, diagnose)
+    return heard, verdict
+
+
+def _with_one_more(heard: Heard, verdict: Verdict, diagnose) -> tuple[Heard, Verdict]:
     best = verdict.final if verdict.effects else None
     if best is None and verdict.ranked:
         best = verdict.ranked[0].found

@@ -33,11 +33,19 @@ class Recorded:
     fitted: list[int]
 
 
-def settle(ground: Recorded, chosen: list[RingDown], matches: dict[int, Match], tied=(), loud=None):
+def settle(
+    ground: Recorded,
+    chosen: list[RingDown],
+    matches: dict[int, Match],
+    tied=(),
+    *,
+    loud: int | None = None,
+    aside=(),
+):
     """The fit, the turns and the matches, without modes that leave the pitch they were heard at.
 
     `tied`: as `Law.tied`. loud: how many modes, the first ones, were heard by themselves; the
-    others only in what these leave.
+    others only in what these leave, and what is left `aside` (q,) Hz with them.
 
     A pole that runs off when all are fitted together was no mode of the body: it takes up some
     slow or strongly damped motion that a physical effect must explain. Nor is one that does not
@@ -56,7 +64,7 @@ def settle(ground: Recorded, chosen: list[RingDown], matches: dict[int, Match], 
         ways = _ways(first, computed, seen)
         law = replace(law, turning=turns_too, ways=ways, damping="free", tied=tied)
         found = _once_more(fit(law, start, evaluations=60), start)
-        strayed = astray(found, chosen[0].frequency, chosen[0].damping_ratio, loud)
+        strayed = astray(found, chosen[0].frequency, chosen[0].damping_ratio, loud, aside)
         if not strayed.any():
             return found, turns, matches
         kept, tied = np.flatnonzero(~strayed), ()
@@ -91,10 +99,13 @@ def _once_more(found: TimeFit, start: np.ndarray) -> TimeFit:
     return min(found, again, key=lambda one: one.chi2)
 
 
-def astray(found: TimeFit, heard: np.ndarray, z: np.ndarray, loud: int | None = None) -> np.ndarray:
+def astray(
+    found: TimeFit, heard: np.ndarray, z: np.ndarray, loud: int | None = None, aside=()
+) -> np.ndarray:
     """(K,) bool: modes that have left the pitch (Hz) or damping ratio that they were heard at, or
     that no longer die away while the first one does, or weak ones, those after the first `loud`,
-    that have run into another one's pitch: they take but a share of what that one does.
+    that have run into another one's pitch: they take but a share of what that one does. Nor is it
+    theirs what was left `aside` (q,) Hz, which they may end nearer to than to where they were.
     """
     away, nearest = np.abs(np.log(found.frequency / heard)), _to_nearest(found.frequency)
     strayed = (away > STRAY) | (away > np.maximum(nearest, CLOSE))
@@ -102,10 +113,12 @@ def astray(found: TimeFit, heard: np.ndarray, z: np.ndarray, loud: int | None = 
     pole = poles(found.frequency, found.damping_ratio)
     strayed |= is_driven(pole, found.law.setting.duration, pole[:1])
     strayed[0] = False
+    aside = np.asarray(aside, float)
     for k in range(len(heard) if loud is None else loud, len(heard)):
         near, others = ONE * found.damping_ratio[k], np.flatnonzero(~strayed[:k])
         then, now = (np.abs(np.log(f[k] / f[others])).min() for f in (heard, found.frequency))
         strayed[k] |= now < near and then > 5 * near and away[k] > near
+        strayed[k] |= np.abs(np.log(found.frequency[k] / aside)).min(initial=np.inf) < away[k]
     return strayed
 
 
@@ -157,11 +170,11 @@ def amplitudes(data: Channels, ring: RingDown) -> RingDown:
     use = data.fit & np.isfinite(data.values).all(axis=1)
     pole = poles(ring.frequency, ring.damping_ratio)
     phase = np.exp(np.outer(data.time[use], pole))
-    basis = np.hstack([phase.real, -phase.imag, np.ones((use.sum(), 1))])
+    basis = np.hstack([phase.real, -phase.imag, ring.slow(data.time[use])])
     x, *_ = np.linalg.lstsq(basis, data.values[use], rcond=None)
     K = len(ring.frequency)
     amplitude = at_once(x[:K] + 1j * x[K : 2 * K], pole, data.late)
-    return replace(ring, amplitude=amplitude, offset=x[-1], t0=0.0)
+    return replace(ring, amplitude=amplitude, offset=x[2 * K], t0=0.0)
 
 
 def beside(ground: Recorded, free: TimeFit, match: Match):

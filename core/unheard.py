@@ -5,6 +5,7 @@ import numpy as np
 from .baseline import real_shapes
 from .body import Body
 from .data import RingDown, poles
+from .effects.aliasing import is_folded, unfolded
 from .harmonic_inversion import invert
 from .law import TimeFit
 from .match import PAIR, Match, is_driven, likeness
@@ -26,16 +27,18 @@ def rest_of(found: TimeFit) -> RingDown | None:
 
 def weak_modes(
     found: TimeFit, rest: RingDown, body: Body, match: Match, alike: float
-) -> tuple[RingDown, Match] | None:
-    """The poles with those that only the residual shows, where they are modes of the body.
+) -> tuple[RingDown, Match, np.ndarray] | None:
+    """The poles with those that only the residual shows, where they are modes of the body, and the
+    pitches (q,) Hz of the others.
 
     A weak mode hides behind strong ones until those are taken off; it counts when its pitch and
     its shape in the `rest` are those of a computed mode that was not matched yet; `alike`: how
-    nearly. Their amplitudes are yet to be fitted.
+    nearly. What may as well be the fold of one above half the frame rate does not. Their amplitudes
+    are yet to be fitted.
     """
     law = found.law
     data = law.takes[law.fitted[0]]
-    on = ~data.support
+    on, rate = ~data.support, 1 / data.frame
     scale = found.frequency[0] / body.modes.frequency[match.modes[0]]
     seen, frequency = body.seen(data), body.modes.frequency * scale
     new_f, new_z, modes = list(found.frequency), list(found.damping_ratio), list(match.modes)
@@ -48,19 +51,24 @@ def weak_modes(
         shape = np.zeros(len(on))
         shape[on] = real_shapes(amplitude[None])[0][0]
         f, z = rest.frequency[k], rest.damping_ratio[k]
+        alikes = [likeness(shape, seen, frequency, j) for j in range(len(frequency))]
         fits = [
-            (likeness(shape, seen, frequency, j) - 2 * abs(np.log(f / frequency[j])), j)
+            (alikes[j] - 2 * abs(np.log(f / frequency[j])), j)
             for j in range(len(frequency))
             if all(m != j and abs(frequency[m] / frequency[j] - 1) > PAIR for m in modes)
         ]
         quality, j = max(fits, default=(0.0, None))
-        if quality > alike:
+        folds = (
+            alikes[j] - 2 * abs(np.log(unfolded(f, frequency[j], rate) / frequency[j]))
+            for j in range(len(frequency))
+            if is_folded(f, frequency[j], rate)
+        )
+        if quality > alike and quality > max(folds, default=-np.inf):
             new_f, new_z, modes = [*new_f, f], [*new_z, z], [*modes, j]
     if len(modes) == len(match.modes):
         return None
-    return _bare(new_f, new_z, data.sigma), Match(
-        match.poles + (0,) * (len(modes) - len(match.modes)), tuple(modes)
-    )
+    wider = Match(match.poles + (0,) * (len(modes) - len(match.modes)), tuple(modes))
+    return bare(new_f, new_z, data.sigma), wider, np.setdiff1d(rest.frequency, new_f)
 
 
 def neighbours(found: TimeFit, match: Match, frequency: np.ndarray):
@@ -74,12 +82,12 @@ def neighbours(found: TimeFit, match: Match, frequency: np.ndarray):
     sigma = found.law.takes[found.law.fitted[0]].sigma
     for j in np.flatnonzero((np.abs(np.log(ratio)) < np.log(NEIGHBOUR)) & (apart > PARTED)):
         f, z = found.frequency, found.damping_ratio
-        ring = _bare(np.r_[f, f[0] * ratio[j]], np.r_[z, z[0]], sigma)
+        ring = bare(np.r_[f, f[0] * ratio[j]], np.r_[z, z[0]], sigma)
         both = Match((*match.poles, match.poles[0]), (*match.modes, int(j)))
         yield ring, both, float(np.log(ratio[j]))
 
 
-def _bare(frequency, damping_ratio, sigma: np.ndarray) -> RingDown:
+def bare(frequency, damping_ratio, sigma: np.ndarray) -> RingDown:
     """Poles (m,) whose amplitudes are yet to be fitted."""
     m, C = len(frequency), len(sigma)
     z = np.clip(damping_ratio, 1e-4, 0.85)

@@ -1,7 +1,7 @@
 """What comes towards the camera is seen larger: the camera is nearer than was declared.
 
-Law         pixel = principal + (pixel - principal) / (1 - d/D), d the motion towards the camera;
-            D is told of the object's middle
+Law         pixel = middle + (pixel - middle) / (1 - d/D), middle that of the picture, d the motion
+            towards the camera; D is told of the object's middle
 Tells       the rest places: what is nearer is further from the picture's middle, each marker
             by its depth; and a second harmonic at once (no dynamics) with the same pattern
 Enters      as a pinhole camera at that distance, where the rest places tell it (`near_camera`)

@@ -1,15 +1,19 @@
 """What the camera does: folds, a near lens, a pinhole's bend, a wrong clock; planted elsewhere."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.stats import t
 
+from core.baseline import real_shapes
 from core.data import poles
 from core.effects.aliasing import is_folded, unfolded
 from core.effects.rolling_shutter import Ellipse, lag
 from core.harmonic_inversion import invert
-from core.match import is_driven, pursue, true_pitches
+from core.match import is_driven, mac, pursue, true_pitches
 from core.pipeline import calibrate_case
+from core.settle import amplitudes
 from tests.truth import make
 
 
@@ -46,6 +50,27 @@ def test_a_fork_that_rings_on_beside_something_faint_that_dies_stays_a_mode():
     values = (np.exp(np.outer(time, pole)) @ amplitude).real + noise
     order, _, _ = pursue(invert(time, values), time, values, np.full(2, 0.01))
     assert order[0] == 0
+
+
+@pytest.mark.parametrize("wanders", ["creep", "bend"])
+def test_a_mode_that_dies_soon_is_not_seen_to_move_as_the_mean_wanders(wanders):
+    """Across the first one, and along neither of them the mean of every channel wanders."""
+    time = np.arange(240) / 100.0
+    pole = poles(np.array([4.4, 24.0]), np.array([0.03, 0.05]))
+    first = np.array([1.0, 1.0, 1.0, -1.0, 0.0, 0.0])
+    brief = np.array([0.0, 0.0, 0.0, 0.0, 0.3, -0.3])
+    way = {"creep": np.exp(-time / 0.2), "bend": (time / 2.4 - 0.5) ** 2}[wanders]
+    noise = 0.005 * np.random.default_rng(1).standard_normal((240, 6))
+    values = (np.exp(np.outer(time, pole)) @ np.array([10 * first, brief], complex)).real
+    values += np.outer(way, [1.0, 1.0, -1.0, 1.0, 2.0, 2.0]) + noise
+    found = invert(time, values)
+    order, shapes, _ = pursue(found, time, values, np.full(6, 0.005))
+    assert len(order) == 2 and mac(shapes[1], brief) > 0.99
+    data = SimpleNamespace(
+        time=time, values=values, fit=np.ones(240, bool), late=None, sigma=np.full(6, 0.005)
+    )
+    shape = real_shapes(amplitudes(data, found).amplitude)[0][order[1]]
+    assert mac(shape, brief) > 0.99
 
 
 def ellipse(rng, readout=0.0, wrong=0.0, noise=1.0):

@@ -11,27 +11,33 @@ from core.lens import Fitted, straightened
 from core.near_camera import lens
 
 MIDDLE, DISTANCE, PRINCIPAL = np.array([0.3, -0.1, 0.2]), 0.5, np.array([640.0, 360.0])
+CORNER = np.array([1200.0, 80.0])
 
 
-def afar():
-    """An orthographic camera that looks aslant."""
+def afar(origin=PRINCIPAL, size=(1280, 720)):
+    """An orthographic camera that looks aslant and sees the object's origin at a pixel."""
     turn, _ = np.linalg.qr(np.random.default_rng(3).standard_normal((3, 3)))
     turn[2] = np.cross(turn[0], turn[1])
-    return Camera("orthographic", turn, np.zeros(3), 2000.0, PRINCIPAL, (1280, 720))
+    return Camera("orthographic", turn, np.zeros(3), 2000.0, origin, size)
 
 
-def test_the_plane_through_the_middle_is_seen_as_it_was_declared():
-    far = afar()
+@pytest.mark.parametrize("origin", [PRINCIPAL, CORNER])
+def test_the_plane_through_the_middle_is_seen_as_it_was_declared(origin):
+    far = afar(origin)
     places = MIDDLE + np.random.default_rng(4).standard_normal((5, 2)) @ far.rows[:2] * 0.1
     assert lens(far, MIDDLE, DISTANCE).project(places) == pytest.approx(far.project(places))
 
 
 @pytest.mark.parametrize("towards", [0.1, -0.2])
-def test_what_comes_towards_the_lens_is_seen_larger(towards):
-    far = afar()
+@pytest.mark.parametrize(("far", "picture"), [
+    (afar(), PRINCIPAL),
+    (afar(CORNER), PRINCIPAL),  # the lens looks at the picture's middle
+    (afar(CORNER, (0, 0)), CORNER),  # of which no more is known
+])  # fmt: skip
+def test_what_comes_towards_the_lens_is_seen_larger(far, picture, towards):
     place = MIDDLE - towards * far.rows[2]
-    seen = lens(far, MIDDLE, DISTANCE).project(place) - PRINCIPAL
-    grown = (far.project(place) - PRINCIPAL) / (1 - towards / DISTANCE)
+    seen = lens(far, MIDDLE, DISTANCE).project(place) - picture
+    grown = (far.project(place) - picture) / (1 - towards / DISTANCE)
     assert seen == pytest.approx(grown)
 
 

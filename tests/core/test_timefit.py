@@ -919,6 +919,18 @@ def test_a_weak_mode_that_runs_into_a_loud_one_is_a_share_of_it():
     assert astray(found, heard, z, loud=2).tolist() == [False, True, False]
 
 
+def test_a_weak_mode_that_runs_into_what_was_left_aside_was_none():
+    heard, z = np.array([2.77, 20.59, 24.69]), np.full(3, 0.01)
+    found = SimpleNamespace(
+        frequency=np.array([2.77, 22.32, 24.69]),
+        damping_ratio=z,
+        law=SimpleNamespace(setting=setting()),
+    )
+    assert astray(found, heard, z, 1, [22.34]).tolist() == [False, True, False]
+    assert not astray(found, heard, z, 1, [22.34, 20.0][1:]).any()  # it lies the other way
+    assert not astray(found, heard, z, 3, [22.34]).any()  # each of them was heard by itself
+
+
 def test_a_marker_on_the_support_shows_its_own_shaking_too():
     path = 0.3 * AMPLITUDE * np.sin(2 * np.pi * 1.3 * TIME)
     noise = NOISE * np.random.default_rng(3).standard_normal((len(TIME), 4))
