@@ -10,10 +10,12 @@ from .effects.base import Effect
 from .in_step import in_step
 from .law import TimeFit
 from .refit import instead
+from .residual import misfit
 from .timefit import extend, fit
 
 SEEN = 12  # frames in which every channel is there, more than which jumps need
 ROUNDS = 3  # of looks for more jumps
+NEAR = 4  # frames between two jumps that may be one
 REFITTED = 5  # looks of a fit with jumps: what it took for a pitch must turn back
 
 
@@ -103,19 +105,40 @@ def _sought(start: TimeFit, takes: tuple, is_one) -> tuple[tuple, TimeFit]:
 
 
 def _moved(known: tuple, found: TimeFit, takes: tuple) -> tuple[tuple, TimeFit]:
-    """The jumps, and the fit with them, each where it fits best nearby; two in one are one."""
-    for n, at in [(n, at) for n, own in enumerate(known) for at in range(len(own))]:
-        (when, gap), own = known[n][at], known[n]
-        moved = [
-            (*known[:n], (*own[:at], (when + shift, gap), *own[at + 1 :]), *known[n + 1 :])
-            for shift in takes[n].frame * np.array([-2, -1, 1, 2])
-        ]
-        effects = [lost_frames.lost(one, takes) for one in moved]
-        better = in_step([partial(instead, found, effect) for effect in effects])
-        left = [one.chi2 if one else np.inf for one in better]
-        if min(left) < found.chi2:
-            known, found = moved[int(np.argmin(left))], better[int(np.argmin(left))]
+    """The jumps, and the fit with them, each where it fits best nearby; two near one another as
+    one, where that fits better.
+    """
+    for n, data in enumerate(takes):
+        at = 0
+        while at < len(known[n]):
+            moved = [
+                (*known[:n], own, *known[n + 1 :]) for own in _nearby(known[n], at, data.frame)
+            ]
+            effects = [lost_frames.lost(one, takes) for one in moved]
+            better = in_step([partial(instead, found, effect, _left_in_all) for effect in effects])
+            left = [_left_in_all(one) if one else np.inf for one in better]
+            if min(left) < np.inf:
+                known, found = moved[int(np.argmin(left))], better[int(np.argmin(left))]
+            at += 1
     return _gathered(known, ((),) * len(takes), takes), found
+
+
+def _nearby(own: tuple, at: int, frame: float) -> list[tuple]:
+    """A take's jumps with number `at` moved, or made one with the next one, where that is near."""
+    when, gap = own[at]
+    out = [
+        (*own[:at], (when + shift, gap), *own[at + 1 :])
+        for shift in frame * np.array([-2, -1, 1, 2])
+    ]
+    if at + 1 < len(own) and own[at + 1][0] - when < (NEAR + 0.5) * frame:
+        whole = gap + own[at + 1][1]
+        out += [(*own[:at], (place, whole), *own[at + 2 :]) for place, _ in own[at : at + 2]]
+    return out
+
+
+def _left_in_all(found: TimeFit) -> float:
+    """Misfit where it was fitted and where it was not: a jump may lie there."""
+    return found.chi2 + misfit(found.law.takes, found.predicted, True)[0]
 
 
 def _less_others(start: TimeFit, known: tuple, found: TimeFit, takes: tuple):

@@ -1,12 +1,13 @@
 """A fit's effects left out, put in another order, or one put in another's place; less damping."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from .effects.base import Effect
 from .law import Law, TimeFit
-from .timefit import as_it_stands, fit, misfits
+from .timefit import as_it_stands, fit
 
 LESS = 6.0  # times, that a damping ratio may be too large for what damps besides
 MOVED = 3  # of one whose effects were put in another order
@@ -61,13 +62,13 @@ def put(found: TimeFit, i: int, effect: Effect, thetas: list) -> tuple[Law, np.n
     return law, np.array(starts)
 
 
-def instead(found: TimeFit, effect: Effect) -> TimeFit | None:
-    """Fitted again with another one in the last effect's place, if it does better there at once.
+def instead(found: TimeFit, effect: Effect, left: Callable[[TimeFit], float]) -> TimeFit | None:
+    """Fitted again with another one in the last effect's place, if less is `left` so at once.
 
     Both have no parameters of their own.
     """
     law, starts = swapped(found, effect, [()])
-    if misfits(law, starts)[0] >= found.chi2:
+    if left(as_it_stands(law, starts[0])) >= left(found):
         return None
     return fit(law, starts[0], evaluations=2)
 

@@ -123,8 +123,12 @@ def one_of(declared: TimeFit, both: TimeFit, over: float, least: float) -> Candi
 def adds(first: Candidate, second: Candidate) -> bool:
     """Whether a second effect is material, and takes most of what the first leaves, held out too.
 
-    So it may be a part of what stays unexplained, however little that is.
+    So it may be a part of what stays unexplained, however little that is. A clock that goes wrong
+    after the fitted part takes nothing there.
     """
+    own = [e for e in second.found.law.effects if e not in first.found.law.effects]
+    if any(e.clock for e in own) and strays(first.found, AHEAD):
+        return second.held_share >= ENOUGH_BOTH
     most = second.share >= SECOND and not second.held_share < SECOND_HELD
     return most and gained(first.found, second.found) >= MATERIAL
 

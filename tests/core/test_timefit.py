@@ -38,13 +38,21 @@ from core.linear_part import solve
 from core.outset import begin, outsets
 from core.parameters import parameters
 from core.race import Try, begun, begun_all, ended, race, worth
-from core.read_off import jumps, read_off
+from core.read_off import _moved, _with_jumps, jumps, read_off
 from core.ready import to_their_end
 from core.refit import turned
 from core.residual import AHEAD, strays
 from core.settle import astray
 from core.simulate import COARSE, swing
-from core.sufficiency import ENOUGH, bends_the_body, counts_second, gained, owes, sufficient
+from core.sufficiency import (
+    ENOUGH,
+    adds,
+    bends_the_body,
+    counts_second,
+    gained,
+    owes,
+    sufficient,
+)
 from core.tell import told_sizes
 from core.time_layer import MATERIAL, judge, vetoed
 from core.timefit import DONE, _gauged, best_fit, extend, fit, misfits, screen, sharp
@@ -206,6 +214,23 @@ def test_as_many_jumps_as_a_recording_may_have_are_found():
     values = moved()[kept[kept < len(TIME)]]
     (effect,) = jumps(declared(channels(values, time=TIME[: len(values)])))
     assert effect.report(None, None, None)["frames"] == frames.sum()
+
+
+@pytest.mark.parametrize("place", [150, 400], ids=["fitted", "held out"])
+def test_jumps_near_one_another_that_are_one_become_one(place):
+    lost = 3 * (np.arange(len(TIME)) >= place)
+    kept = np.arange(len(TIME)) + lost
+    values = moved()[kept[kept < len(TIME)]]
+    found = declared(channels(values, time=TIME[: len(values)]))
+    takes, frame = found.law.takes, 1 / RATE
+    when = takes[0].time[place] - frame / 2
+    two = (((when, frame), (when + 3 * frame, 2 * frame)),)
+    known, _ = _moved(two, _with_jumps(found, two, takes), takes)
+    ((one,),) = known
+    assert one == pytest.approx((when, 3 * frame))
+    apart = (((when, 3 * frame), (takes[0].time[460], frame)),)
+    (own,), _ = _moved(apart, _with_jumps(found, apart, takes), takes)
+    assert len(own) == 2
 
 
 def test_where_no_frame_is_whole_no_jump_is_read():
@@ -862,6 +887,29 @@ def test_what_tells_all_that_a_first_effect_leaves_counts_however_little(ahead, 
     second = judge(("stiffness_drift",), leaves(left), first.found)
     assert gained(first.found, second.found) < MATERIAL
     assert counts_second(first, second, 0.1) is counts
+
+
+@pytest.mark.parametrize(("clock", "left", "is_part"), [
+    (True, 0.0, True),
+    (True, 1.0, False),  # most of it is left
+    (False, 0.0, False),  # what acts must show where it was fitted
+])  # fmt: skip
+def test_frames_lost_after_the_fitted_part_are_a_part_of_what_was_off(clock, left, is_part):
+    """The first effect leaves three times the noise there, too, which nothing tells."""
+    found = declared(channels(moved(seed=1)))
+    (data,) = found.law.takes
+    effect = lost_frames.lost((((data.time[400], data.frame),),), found.law.takes)
+    effect = effect if clock else stiffness_drift.EFFECT
+    rough = 3 * NOISE * np.random.default_rng(2).standard_normal(data.values.shape)
+
+    def leaves(ahead, law):
+        part = np.where(data.fit[:, None], rough, ahead * NOISE)
+        chi2 = 9.0 * found.samples
+        return replace(found, law=law, predicted=(found.predicted[0] + part,), chi2=chi2)
+
+    first = judge(("contact",), leaves(3.0, found.law), found)
+    mended = leaves(3.0 * left, replace(found.law, effects=(effect,)))
+    assert adds(first, judge(("contact", effect.name), mended, first.found)) is is_part
 
 
 @pytest.mark.parametrize(("ahead", "told"), [(3.0, True), (1.0, False)])
