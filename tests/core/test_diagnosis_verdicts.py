@@ -555,6 +555,14 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="what late rows sound like at twice a pitch is no mode",
         ),
         pytest.param(
+            "stiffness_drift", 832277, {"stiffness_drift"}, 1.1,
+            id="a pitch that bends sounds as two modes that beat, one of which was not heard",
+        ),
+        pytest.param(
+            "perspective", 910007, {"perspective"}, 1.1,
+            id="a near lens looks at the picture's middle, not at the object's origin",
+        ),
+        pytest.param(
             "compliant_pin", 993311, {"compliant_pin"}, 1.1,
             id="a body that is struck was still, however few of its swings were filmed",
         ),
