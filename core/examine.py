@@ -32,6 +32,7 @@ ENOUGH = 0.6  # share of the misfit that an effect of the body must take
 CLEAR = 6.0  # misfit per piece above which no known effect is a finding in itself
 OUTWEIGHS = 4.5  # body's misfit over that in time, above which the latter decides nothing
 DIFFERS = "Pitches, shapes or the sag differ a little from the body's;"
+MANY = 2  # effects in time, beside which a change of the body is a part of what stays unexplained
 LEFT = 0.5  # of what that error has beyond free modes', rms: more, and something else is there
 
 
@@ -151,6 +152,7 @@ def _changed(plain, ground: Ground, verdict: Verdict, ranked, heard: Heard, stif
         return replace(plain, verdict="unexplained", before=before, misfit=misfit, doubtful=True)
     left = leaves(with_it, before, free)
     clear = verdict.verdict != "unexplained" or _outweighs(before, free, verdict)
+    clear = clear and len(verdict.effects) - verdict.laws < MANY  # so many together tell anything
     astray = strays(verdict.final, ASTRAY if best.effect.nonlinear else FAR_OFF)
     fits = left <= LEFT and best.hypothesis.chi2 < CLEAR * _pieces(ground)
     return replace(

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from core import examine
 from core.compare import Measured, compare
 from core.effects import added_mass, compliant_pin, graded_stiffness
 from core.examine import _as_declared, _is_able, _mends_all, _unsure
@@ -100,3 +101,26 @@ def test_what_the_author_declares_of_the_body_is_what_others_are_held_against():
     idle = suspect(mended, -1.0, compliant_pin.EFFECT)
     same, where, others = _as_declared(plain, there, [mass, idle], heard, stiff)
     assert same is plain and where is there and others[0].evidence == 55.0
+
+
+@pytest.mark.parametrize(
+    ("in_time", "verdict"), [(0, "explained"), (1, "explained"), (2, "unexplained")]
+)
+def test_beside_two_effects_in_time_a_change_of_the_body_is_a_part(in_time, verdict, monkeypatch):
+    """So many together tell anything; a law of damping is none of them."""
+    measured, base = looked_at(PITCH * [1.0, 1.1, 0.9])
+    _, mended = looked_at(PITCH)
+    for name in ("body_error", "errors", "sag_lines", "ranking", "mesh_pitches", "modulus_spans"):
+        monkeypatch.setattr(examine, name, lambda *one: None)
+    monkeypatch.setattr(examine, "mends", lambda *one: True)
+    for name in ("misleads", "strays"):
+        monkeypatch.setattr(examine, name, lambda *one: False)
+    monkeypatch.setattr(examine, "leaves", lambda *one: 0.0)
+    monkeypatch.setattr(examine, "told_change", lambda best, ranked: best.effect.name)
+    before = SimpleNamespace(
+        verdict="explained", effects=("law", *"ab"[:in_time]), laws=1, damped=None, final=None
+    )
+    plain, mass = Findings("explained", [], [], [], []), suspect(mended, 55.0)
+    there = ground(measured, replace(base, chi2=900.0))
+    found = examine._changed(plain, there, before, [mass], None, None)
+    assert found.verdict == verdict and found.effects == ["added_mass"]
