@@ -10,12 +10,11 @@ from .baseline import real_shapes
 from .data import RingDown, poles, replace
 from .effects.aliasing import is_folded, unfolded
 from .shutter import at_once
+from .significance import DYING, STEADY
 
 PAIR = 0.015  # relative distance below which two computed modes count as a degenerate pair
 MOST = 8  # poles that are looked at as modes of the body
 DEAD = 0.5  # damping ratio above which a pole is no mode of the body that rings
-STEADY = 0.1  # nepers over the record, at most, of what something drives
-DYING = 1.0  # nepers that what is let go falls by, at least, beside it
 HEARD = 0.1  # of the loudest pole at the release: what dies more faintly than that tells nothing
 SPLIT = 0.15  # relative, up to which a degenerate pair is one that `split_modes` parts
 TURNED = 0.1  # relative, of two computed modes that a body which is a little other turns so

@@ -22,6 +22,8 @@ MANY = 6  # channels, in which two modes of one body cannot look the same
 SAME_SHAPE = 0.9  # modal assurance criterion
 SAME_SHAPE_BLURRED = 0.35  # the same, for two modes closer than their widths
 SAME_PITCH = 0.25  # relative difference
+STEADY = 0.1  # nepers over the record, at most, of what something drives
+DYING = 1.0  # nepers that what is let go falls by, at least, beside it
 CYCLES = 0.75  # of the slowest oscillation within the record; slower ones are trends
 OVERDAMPED = 0.97  # damping ratio beyond which nothing swings
 FADED = 1.5  # decay in nepers per sample beyond which a mode is a glitch of the first frame
@@ -107,7 +109,7 @@ def makeshift(record: Record, model: Model, k: int, small: Model | None = None) 
     It has the other's shape and nearly its pitch. Friction, contact and large amplitudes look like
     that; a pair of true modes does only where few channels see it, and then it leaves no residual.
     `small`: the model without it; a mode of another shape that takes nearly all that this leaves
-    is none.
+    is none, nor is a steady drive that does, or the mode beside one.
     """
     left = np.sqrt(np.nanmean(model.fit.residual**2, axis=0))
     misfit = np.median(left / np.where(record.floor > 0, record.floor, np.inf)) > MISFIT
@@ -118,7 +120,12 @@ def makeshift(record: Record, model: Model, k: int, small: Model | None = None) 
     likeness = np.abs(shape.conj() @ shape[k]) ** 2 / np.maximum(power * power[k], 1e-300)
     omega, decay = model.fit.poles.omega, model.fit.poles.decay
     same = (np.abs(omega / omega[k] - 1) < SAME_PITCH) & (likeness > SAME_SHAPE)
-    if misfit and not (small is not None and _takes_all(small, model)):
+    takes_all = small is not None and _takes_all(small, model)
+    if takes_all and not misfit:
+        # a drive beside a mode moves the body as that does, and goes on where that dies
+        steady, dies = decay * record.t[-1] < STEADY, decay * record.t[-1] > DYING
+        same &= ~((steady & dies[k]) | (dies & steady[k]))
+    if misfit and not takes_all:
         # the shapes of two modes closer than their widths are uncertain too
         blurred = np.abs(omega - omega[k]) < decay + decay[k]
         same |= blurred & (likeness > SAME_SHAPE_BLURRED)

@@ -128,6 +128,18 @@ def test_a_close_pair_of_two_shapes_stays_two_modes_beside_what_is_no_mode():
     assert (low, high) == (pytest.approx(5.02, rel=0.01), pytest.approx(5.39, rel=0.003))
 
 
+@pytest.mark.parametrize("loud", [0.5, 3.0], ids=["the mode", "the drive"])
+def test_a_drive_beside_a_mode_moves_as_that_does_and_both_are_heard(loud):
+    """It goes on as it is while the mode dies; `loud`: the drive's swing over the mode's."""
+    t = np.arange(232) / 200
+    shape = np.random.default_rng(2).standard_normal(10)
+    y = ring(t, np.array([25.4, 24.1]), np.array([0.027, 0.0]), np.outer([1.0, loud], shape))
+    y += 0.02 * np.random.default_rng(3).standard_normal(y.shape)
+    found = invert(t, y, noise=np.full(10, 0.02))
+    assert sorted(found.frequency) == pytest.approx([24.1, 25.4], rel=1e-3)
+    assert found.damping_ratio.max() == pytest.approx(0.027, rel=0.05)
+
+
 def test_pure_noise_has_no_modes():
     rings = 0
     for seed in range(100):
