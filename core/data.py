@@ -284,7 +284,7 @@ class RingDown:
     frequency: np.ndarray  # (m,) Hz, natural
     damping_ratio: np.ndarray  # (m,)
     amplitude: np.ndarray  # (m, C) complex, in the channels' unit, at t0
-    offset: np.ndarray  # (C,) in the channels' unit
+    offset: np.ndarray  # (C,) in the channels' unit; the mean where nothing wanders
     noise: np.ndarray  # (C,) rms of what is left
     covariance: np.ndarray  # (2m, 2m) of (f_1.. f_m, z_1.. z_m)
     t0: float = 0.0  # s
@@ -320,9 +320,14 @@ class RingDown:
         return self.offset + (phase @ self.amplitude).real
 
     def slow(self, time: np.ndarray) -> np.ndarray:
-        """(T, 1 + degree + j) what the means may wander by at the instants `time` (T,) s."""
-        after = np.asarray(time) - self.t0
-        whole = np.polynomial.chebyshev.chebvander(2 * after / np.ptp(after) - 1, self.degree)
+        """(T, 1 + degree + j) what the means may wander by over the instants `time` (T,) s, a
+        constant first.
+        """
+        if not len(time):
+            return np.zeros((0, 1 + self.degree + len(self.creep)))
+        after = np.asarray(time) - np.min(time)
+        span = max(after.max(), 1e-300)
+        whole = np.polynomial.chebyshev.chebvander(2 * after / span - 1, self.degree)
         return np.hstack([whole, np.exp(-np.outer(after, self.creep))])
 
 

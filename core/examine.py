@@ -33,6 +33,7 @@ CLEAR = 6.0  # misfit per piece above which no known effect is a finding in itse
 OUTWEIGHS = 4.5  # body's misfit over that in time, above which the latter decides nothing
 DIFFERS = "Pitches, shapes or the sag differ a little from the body's;"
 MANY = 2  # effects in time, beside which a change of the body is a part of what stays unexplained
+NEEDLESS = ("split_modes",)  # a changed body parts its own pairs
 LEFT = 0.5  # of what that error has beyond free modes', rms: more, and something else is there
 
 
@@ -80,14 +81,14 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
             return plain
         return replace(plain, verdict="unexplained", warnings=[*plain.warnings, told(strange)])
     ranked = _weighed(suspects(ground, _no_suspects(heard.body)), heard, verdict)
+    # what acts in time may have bent the shapes beyond knowing which mode is which
+    known_apart = not any(e.marched for e in verdict.final.law.effects)
+    known_apart = known_apart or _alike(ground.base.modes, heard)
     plain, ground, ranked = _as_declared(plain, ground, ranked, heard, stiff)
     chance = _chance(ground.base, ground.measured)
     if chance > needed:
         return plain
     able = [s for s in ranked if _is_able(s, ground)]
-    # what acts in time may have bent the shapes beyond knowing which mode is which
-    known_apart = not any(e.marched for e in verdict.final.law.effects)
-    known_apart = known_apart or _alike(ground.base.modes, heard)
     if not (known_apart or (able and able[0].hypothesis.chi2 < _pieces(ground))):
         return plain
     if chance > doubt and not (able and _mends_all(able[0], ground.base, ground.measured)):
@@ -152,7 +153,7 @@ def _changed(plain, ground: Ground, verdict: Verdict, ranked, heard: Heard, stif
         return replace(plain, verdict="unexplained", before=before, misfit=misfit, doubtful=True)
     left = leaves(with_it, before, free)
     clear = verdict.verdict != "unexplained" or _outweighs(before, free, verdict)
-    clear = clear and len(verdict.effects) - verdict.laws < MANY  # so many together tell anything
+    clear = clear and _in_time(verdict, mended) < MANY  # so many together tell anything
     astray = strays(verdict.final, ASTRAY if best.effect.nonlinear else FAR_OFF)
     fits = left <= LEFT and best.hypothesis.chi2 < CLEAR * _pieces(ground)
     return replace(
@@ -164,11 +165,17 @@ def _changed(plain, ground: Ground, verdict: Verdict, ranked, heard: Heard, stif
         before=before,
         rows=((best.effect.name, with_it),),
         misfit=misfit,
-        instead=("split_modes",) if mended else (),  # a changed body parts its own pairs
+        instead=NEEDLESS if mended else (),
         mesh_pitch=mesh_pitches(best, heard, stiff),
         moduli=modulus_spans(best, heard),
         doubtful=not fits,
     )
+
+
+def _in_time(verdict: Verdict, mended: bool) -> int:
+    """Effects in time that stay beside a change of the body, which mends the pitches or not."""
+    found = [one.names[-1] for one in verdict.effects[verdict.laws :]]
+    return sum(not (mended and name in NEEDLESS) for name in found)
 
 
 def _unsure(plain: Findings, able: list[tuple[str, dict]]) -> Findings:

@@ -6,7 +6,7 @@ import numpy as np
 
 from .joint import Heard, heard_by, with_all
 from .match import ALIKE, Match
-from .settle import Recorded, amplitudes, beside, settle
+from .settle import Recorded, beside, in_each, settle
 from .unheard import NEIGHBOUR, bare
 
 
@@ -18,7 +18,7 @@ def nearby(heard: Heard) -> Iterator[Heard]:
     condition = ground.condition[ground.fitted[0]]
     for wider in beside(ground, heard.free, heard.match):
         if wider[2][condition].modes[:-1] == heard.match.modes:
-            yield heard_by(ground, heard.rings, with_all(ground, wider, heard.rings))
+            yield heard_by(ground, with_all(ground, wider))
 
 
 def without_mimics(heard: Heard) -> Heard | None:
@@ -37,17 +37,17 @@ def without_mimics(heard: Heard) -> Heard | None:
     first = ground.fitted[0]
     ring, kept = heard.rings[first], np.flatnonzero(~mimics)
     f, z = free.frequency.copy(), free.damping_ratio.copy()
+    # as it was heard: beside a mimic it is what is left of it
     f[0], z[0] = (one[match.poles[0]] for one in (ring.frequency, ring.damping_ratio))
     poles = bare(f[kept], z[kept], heard.takes[first].sigma)
-    chosen = [amplitudes(ground.takes[i], poles) for i in ground.fitted]
     fewer = Match(tuple(match.poles[k] for k in kept), tuple(match.modes[k] for k in kept))
-    settled = settle(ground, chosen, {ground.condition[first]: fewer})
-    return heard_by(ground, heard.rings, with_all(ground, settled, heard.rings))
+    settled = settle(ground, in_each(ground, poles), {ground.condition[first]: fewer})
+    return heard_by(ground, with_all(ground, settled))
 
 
 def weak_beside(match: Match, frequency: np.ndarray, damping_ratio: np.ndarray) -> np.ndarray:
-    """(K,) bool: modes, (K,) Hz, beside the strongest that were not heard by themselves and die
-    otherwise.
+    """(K,) bool: modes not heard by themselves that lie, by their frequency (K,) Hz, beside
+    the strongest, with a damping ratio (K,) more than `ALIKE` times as large or as small.
     """
     near = np.abs(np.log(frequency / frequency[0])) < np.log(NEIGHBOUR)
     unlike = np.abs(np.log(damping_ratio / damping_ratio[0])) > np.log(ALIKE)
@@ -60,4 +60,4 @@ def _ground(heard: Heard) -> Recorded | None:
     if len(set(heard.condition)) > 1 or None in heard.match.modes:
         return None
     fitted = [i for i, data in enumerate(heard.takes) if not data.take.held_out]
-    return Recorded(heard.takes, heard.condition, heard.bodies, fitted)
+    return Recorded(heard.takes, heard.condition, heard.bodies, fitted, heard.rings)

@@ -21,7 +21,7 @@ from .outlived import outlived
 from .partners import FAINT, gaps_of, swing_of, with_partners
 from .residual import NOISY, excess
 from .seat import seated
-from .settle import Recorded, amplitudes, astray, beside, moves_its_way, settle, untied
+from .settle import Recorded, amplitudes, astray, beside, in_each, moves_its_way, settle, untied
 from .side_by_side import side_by_side
 from .symmetry import is_even
 from .timefit import fit
@@ -78,46 +78,47 @@ def hear(body: Body, find_release) -> Heard:
 
     Raises RecordingError as `listen` does.
     """
-    ground, rings = _listened(body, find_release)
-    matches = _matches(ground, rings)
-    later, late = _outlived(ground, rings, matches)
+    ground = _listened(body, find_release)
+    matches = _matches(ground)
+    later = _outlived(ground, matches)
     if later is not ground:
-        ground, rings = later, late
-        matches = _matches(ground, rings)
-    heard = _hear(ground, rings, matches)
-    sitting = seated(ground, rings)
+        ground, matches = later, _matches(later)
+    heard = _hear(ground, matches)
+    sitting = seated(ground, ground.rings)
     if sitting is ground:
         return heard
-    other = _hear(sitting, rings, _matches(sitting, rings))
+    other = _hear(sitting, _matches(sitting))
     noise = NOISY * heard.free.samples
     return other if other.free.chi2 < max(MORE * heard.free.chi2, noise) else heard
 
 
-def _hear(ground: Recorded, rings: tuple, matches: dict[int, Match]) -> Heard:
+def _hear(ground: Recorded, matches: dict[int, Match]) -> Heard:
     """The takes heard on these bodies, by modes matched so."""
-    takes, condition = ground.takes, ground.condition
+    condition, rings = ground.condition, ground.rings
     heard = {condition[i]: rings[i].frequency for i in reversed(ground.fitted)}
     every, matches = matches, common(matches, heard)
     loaded = left_out(ground, rings, every, matches)
-    chosen = [_same_poles(ground, rings, i, matches) for i in ground.fitted]
+    chosen = [_same_poles(ground, i, matches) for i in ground.fitted]
     settled = settle(ground, chosen, matches)
     straight = _straightened(ground, settled)
     if straight is ground:
-        return heard_by(ground, rings, _whole(ground, settled, rings, loaded))
-    chosen = [_same_poles(straight, rings, i, settled[2]) for i in ground.fitted]
+        return heard_by(ground, _whole(ground, settled, loaded))
+    chosen = [_same_poles(straight, i, settled[2]) for i in ground.fitted]
     settled = settle(straight, chosen, settled[2])
-    free, turns, first = whole = _whole(straight, settled, rings, loaded)
-    loud = len(settled[2][condition[ground.fitted[0]]].modes)
+    free, turns, first = whole = _whole(straight, settled, loaded)
+    at = ground.fitted[0]
+    loud = len(settled[2][condition[at]].modes)
     if len(first.modes) > loud:  # what was not heard by itself bends, too
         straight = _straightened(ground, whole)
-        poles = bare(free.frequency, free.damping_ratio, takes[ground.fitted[0]].sigma)
-        chosen = [amplitudes(straight.takes[i], poles) for i in ground.fitted]
-        again = {condition[ground.fitted[0]]: first}
-        whole = _whole(straight, settle(straight, chosen, again, loud=loud), rings, loaded)
-    return heard_by(straight, rings, whole)
+        poles = bare(free.frequency, free.damping_ratio, ground.takes[at].sigma)
+        again = {condition[at]: first}
+        tied = free.law.tied
+        settled = settle(straight, in_each(straight, poles), again, tied, loud=loud)
+        whole = with_all(straight, settled)
+    return heard_by(straight, whole)
 
 
-def heard_by(ground: Recorded, rings: tuple, whole: tuple) -> Heard:
+def heard_by(ground: Recorded, whole: tuple) -> Heard:
     """All that was heard, with the declared fit; `whole`: what `with_all` gave."""
     free, turns, first = whole
     if free.law.tied:
@@ -127,10 +128,12 @@ def heard_by(ground: Recorded, rings: tuple, whole: tuple) -> Heard:
     declared, damping = free, damping_law(names)
     if damping != "free":
         declared = fit(replace(free.law, damping=damping), free.parameters, evaluations=40)
-    return Heard(ground.takes, rings, ground.condition, ground.bodies, first, turns, free, declared)
+    return Heard(
+        ground.takes, ground.rings, ground.condition, ground.bodies, first, turns, free, declared
+    )
 
 
-def _listened(body: Body, find_release) -> tuple[Recorded, tuple]:
+def _listened(body: Body, find_release) -> Recorded:
     """The takes and the bodies that they need, and every take's ring-down."""
     case = body.case
     pairs = side_by_side([partial(_heard_or_why, take, find_release) for take in case.takes])
@@ -148,7 +151,7 @@ def _listened(body: Body, find_release) -> tuple[Recorded, tuple]:
         *(build_body(case, body.bare, take, body.carried, body.seats) for take in others),
     )
     fitted = [i for i, d in enumerate(takes) if not d.take.held_out]
-    return Recorded(takes, condition, bodies, fitted), rings
+    return Recorded(takes, condition, bodies, fitted, rings)
 
 
 def _heard_or_why(take, find_release):
@@ -159,23 +162,23 @@ def _heard_or_why(take, find_release):
         return why
 
 
-def _matches(ground: Recorded, rings: tuple) -> dict[int, Match]:
+def _matches(ground: Recorded) -> dict[int, Match]:
     """The match of the first fitted take of every condition."""
     return {
-        c: _match(ground.takes[i], rings[i], ground.bodies[c])
+        c: _match(ground.takes[i], ground.rings[i], ground.bodies[c])
         for i, c in reversed([(i, ground.condition[i]) for i in ground.fitted])
     }
 
 
-def _outlived(ground: Recorded, rings: tuple, matches: dict[int, Match]):
+def _outlived(ground: Recorded, matches: dict[int, Match]) -> Recorded:
     """The takes and their ring-downs from where what rings above all computed modes has died."""
-    takes, heard = list(ground.takes), list(rings)
-    for i, (data, ring) in enumerate(zip(ground.takes, rings, strict=True)):
+    takes, heard = list(ground.takes), list(ground.rings)
+    for i, (data, ring) in enumerate(zip(ground.takes, ground.rings, strict=True)):
         c = ground.condition[i]
         if c not in matches or None in matches[c].modes:
             continue
         source = next(j for j in ground.fitted if ground.condition[j] == c)
-        known = select(rings[source], matches[c].poles)
+        known = select(ground.rings[source], matches[c].poles)
         computed = ground.bodies[c].modes.frequency
         top = computed[-1] * known.frequency[0] / computed[matches[c].modes[0]]
         when = outlived(data, ring, known, top)
@@ -184,11 +187,11 @@ def _outlived(ground: Recorded, rings: tuple, matches: dict[int, Match]):
             if data.take.held_out:
                 takes[i] = _first_periods(takes[i], ring)
     if all(new is old for new, old in zip(takes, ground.takes, strict=True)):
-        return ground, rings
-    return replace(ground, takes=tuple(takes)), tuple(heard)
+        return ground
+    return replace(ground, takes=tuple(takes), rings=tuple(heard))
 
 
-def _whole(ground: Recorded, settled: tuple, rings: tuple, loaded: list):
+def _whole(ground: Recorded, settled: tuple, loaded: list):
     """The settled fit with weak modes, partners and further modes; the turns, the first match.
 
     A weak mode that leaves its place once the others are there was none. `loaded`: see
@@ -199,23 +202,23 @@ def _whole(ground: Recorded, settled: tuple, rings: tuple, loaded: list):
     free, _, matches = settled
     first = matches[condition]
     if len(matches) > 1 or None in first.modes:
-        return with_all(ground, (with_left_out(free, loaded), *settled[1:]), rings)
+        return with_all(ground, (with_left_out(free, loaded), *settled[1:]))
     tried, wider, rest = None, None, rest_of(free)
     for alike in (WEAKER, WEAK) if rest else ():
         weak = weak_modes(free, rest, body, first, alike)
         if weak is None:
             break
         if weak[1].modes != tried:
-            chosen = [amplitudes(ground.takes[i], weak[0]) for i in ground.fitted]
+            chosen = in_each(ground, weak[0])
             tried, loud = weak[1].modes, len(first.modes)
             wider = settle(ground, chosen, {condition: weak[1]}, loud=loud, aside=weak[2])
         if alike < WEAK and excess(wider[0]) > LESS * excess(free):
             continue
         wider = _with_neighbour(ground, wider)
-        found = with_all(ground, wider, rings)
+        found = with_all(ground, wider)
         if not astray(found[0], wider[0].frequency, wider[0].damping_ratio).any():
             return found
-    return with_all(ground, _with_neighbour(ground, settled), rings)
+    return with_all(ground, _with_neighbour(ground, settled))
 
 
 def _with_neighbour(ground: Recorded, settled: tuple) -> tuple:
@@ -234,7 +237,7 @@ def _with_neighbour(ground: Recorded, settled: tuple) -> tuple:
     return settled
 
 
-def with_all(ground: Recorded, settled: tuple, rings: tuple):
+def with_all(ground: Recorded, settled: tuple):
     """The settled fit with partners and further modes; the turns, the first match."""
     free, turns, matches = settled
     condition = ground.condition[ground.fitted[0]]
@@ -249,7 +252,7 @@ def with_all(ground: Recorded, settled: tuple, rings: tuple):
     free = replace(free, law=replace(free.law, setting=setting))
     if len(matches) == 1:
         free = with_partners(free, gaps)
-        wider = with_further(free, first, body, rings)
+        wider = with_further(free, first, body, ground.rings)
         if len(wider.theta) > len(free.theta) and wider.chi2 > NOISY * wider.samples:
             lone = {
                 k: gap
@@ -259,7 +262,7 @@ def with_all(ground: Recorded, settled: tuple, rings: tuple):
             wider = without_runaways(with_partners(wider, lone))  # what further modes hid
         return wider, turns, first
     # what other loads part hides what belongs to one take
-    free = with_further(free, first, body, rings)
+    free = with_further(free, first, body, ground.rings)
     for c, match in matches.items():
         if None not in match.modes:
             take = first_take(ground, c)
@@ -314,11 +317,11 @@ def _match(data: Channels, ring: RingDown, body: Body) -> Match:
     return match_modes(ring, chase, body.modes.frequency, body.seen(data), 1 / data.frame)
 
 
-def _same_poles(ground: Recorded, rings, index: int, matches) -> RingDown:
+def _same_poles(ground: Recorded, index: int, matches) -> RingDown:
     """The chosen poles of a take's condition, with the amplitudes of this take."""
-    c, data = ground.condition[index], ground.takes[index]
+    c = ground.condition[index]
     source = next(i for i in ground.fitted if ground.condition[i] == c)
-    ring = select(rings[source], matches[c].poles)
+    ring = select(ground.rings[source], matches[c].poles)
     if source == index:
         return ring
-    return amplitudes(data, ring)
+    return amplitudes(ground, index, ring)

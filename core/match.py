@@ -36,7 +36,9 @@ FITS = 0.05  # relative, of a computed pitch, within which such a one is a mode 
 class Match:
     """Measured poles that are modes of the body, and the computed mode of each."""
 
-    poles: tuple[int, ...]  # into the ring-down, the strongest first where one take is heard
+    # into the ring-down, the strongest first where one take is heard; that of a mode which was not
+    # heard by itself is the strongest one's
+    poles: tuple[int, ...]
     modes: tuple[int | None, ...]  # into the computed modes; None = no computed mode fits
 
 
@@ -54,7 +56,8 @@ def likeness(shape: np.ndarray, modes: np.ndarray, frequency: np.ndarray, j: int
 
 
 def pursue(ring: RingDown, time: np.ndarray, values: np.ndarray, sigma: np.ndarray, *, late=None):
-    """Poles in the order in which they take most of the motion, and each one's shape (C,) then.
+    """Poles in the order in which they take most of the motion beside means that wander, and each
+    one's shape (C,) then.
 
     Strongly damped companions of a nonlinear mode cancel one another, so their amplitudes at the
     release say nothing; what one takes away from (T, C) `values` beside those before it does

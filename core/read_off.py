@@ -10,7 +10,6 @@ from .effects.base import Effect
 from .in_step import in_step
 from .law import TimeFit
 from .refit import instead
-from .residual import misfit
 from .timefit import extend, fit
 
 SEEN = 12  # frames in which every channel is there, more than which jumps need
@@ -116,10 +115,10 @@ def _moved(known: tuple, found: TimeFit, takes: tuple) -> tuple[tuple, TimeFit]:
             ]
             effects = [lost_frames.lost(one, takes) for one in moved]
             better = in_step([partial(instead, found, effect, _left_in_all) for effect in effects])
-            left = [_left_in_all(one) if one else np.inf for one in better]
-            if min(left) < np.inf:
+            left, before = [_left_in_all(one) if one else np.inf for one in better], len(known[n])
+            if min(left) < _left_in_all(found):
                 known, found = moved[int(np.argmin(left))], better[int(np.argmin(left))]
-            at += 1
+            at += len(known[n]) == before  # one that was made of two may be one with the next
     return _gathered(known, ((),) * len(takes), takes), found
 
 
@@ -137,8 +136,13 @@ def _nearby(own: tuple, at: int, frame: float) -> list[tuple]:
 
 
 def _left_in_all(found: TimeFit) -> float:
-    """Misfit where it was fitted and where it was not: a jump may lie there."""
-    return found.chi2 + misfit(found.law.takes, found.predicted, True)[0]
+    """Misfit of the fitted takes, their last part too: a jump may lie there."""
+    total = found.chi2
+    for index in found.law.fitted:
+        data = found.law.takes[index]
+        left = ((data.values - found.predicted[index]) / data.sigma)[~data.fit][:, ~data.support]
+        total += float(np.nansum(left**2))
+    return total
 
 
 def _less_others(start: TimeFit, known: tuple, found: TimeFit, takes: tuple):

@@ -17,7 +17,8 @@ from .unheard import neighbours
 
 STRAY = 0.15  # of its pitch that a mode may move when all are fitted together
 CLOSE = 0.06  # the same, however near the next mode is
-ONE = 0.1  # of its damping ratio, from the pitch that a weak mode ran into; heard 5 times as far
+ONE = 0.1  # of its damping ratio, from the pitch that a weak mode ran into
+NEARER = 5.0  # times as far it was heard from there
 MUCH = 0.3  # damping ratio beyond which it has run off, unless it was heard so
 AS_ONE = 0.03  # relative distance of two computed pitches that may sound as one
 OWN = 0.7  # MAC with its computed shape from which a mode beside the strongest is one
@@ -31,6 +32,7 @@ class Recorded:
     condition: tuple[int, ...]
     bodies: tuple[Body, ...]
     fitted: list[int]
+    rings: tuple[RingDown, ...]  # per take, as each was heard by itself
 
 
 def settle(
@@ -105,7 +107,7 @@ def astray(
     """(K,) bool: modes that have left the pitch (Hz) or damping ratio that they were heard at, or
     that no longer die away while the first one does, or weak ones, those after the first `loud`,
     that have run into another one's pitch: they take but a share of what that one does. Nor is it
-    theirs what was left `aside` (q,) Hz, which they may end nearer to than to where they were.
+    theirs what was left `aside` (q,) Hz, if they end `NEARER` by it than to where they were heard.
     """
     away, nearest = np.abs(np.log(found.frequency / heard)), _to_nearest(found.frequency)
     strayed = (away > STRAY) | (away > np.maximum(nearest, CLOSE))
@@ -117,8 +119,9 @@ def astray(
     for k in range(len(heard) if loud is None else loud, len(heard)):
         near, others = ONE * found.damping_ratio[k], np.flatnonzero(~strayed[:k])
         then, now = (np.abs(np.log(f[k] / f[others])).min() for f in (heard, found.frequency))
-        strayed[k] |= now < near and then > 5 * near and away[k] > near
-        strayed[k] |= np.abs(np.log(found.frequency[k] / aside)).min(initial=np.inf) < away[k]
+        strayed[k] |= now < near and then > NEARER * near and away[k] > near
+        from_them = np.abs(np.log(found.frequency[k] / aside)).min(initial=np.inf)
+        strayed[k] |= NEARER * from_them < away[k]
     return strayed
 
 
@@ -165,12 +168,21 @@ def _apart(takes, condition) -> tuple[int, ...]:
     )
 
 
-def amplitudes(data: Channels, ring: RingDown) -> RingDown:
-    """The ring-down with the amplitudes that its poles have in a take."""
+def in_each(ground: Recorded, ring: RingDown) -> list[RingDown]:
+    """The ring-down with the amplitudes that its poles have in each of the fitted takes."""
+    return [amplitudes(ground, index, ring) for index in ground.fitted]
+
+
+def amplitudes(ground: Recorded, index: int, ring: RingDown) -> RingDown:
+    """The ring-down with the amplitudes that its poles have in a take, beside means that wander as
+    they were heard to there.
+    """
+    data = ground.takes[index]
     use = data.fit & np.isfinite(data.values).all(axis=1)
     pole = poles(ring.frequency, ring.damping_ratio)
     phase = np.exp(np.outer(data.time[use], pole))
-    basis = np.hstack([phase.real, -phase.imag, ring.slow(data.time[use])])
+    slow = ground.rings[index].slow(data.time[use])
+    basis = np.hstack([phase.real, -phase.imag, slow])
     x, *_ = np.linalg.lstsq(basis, data.values[use], rcond=None)
     K = len(ring.frequency)
     amplitude = at_once(x[:K] + 1j * x[K : 2 * K], pole, data.late)
@@ -181,7 +193,7 @@ def beside(ground: Recorded, free: TimeFit, match: Match):
     """What is settled with one of the strongest mode's neighbours, for each of them."""
     condition = ground.condition[ground.fitted[0]]
     for ring, both, ratio in neighbours(free, match, ground.bodies[condition].modes.frequency):
-        chosen = [amplitudes(ground.takes[i], ring) for i in ground.fitted]
+        chosen = in_each(ground, ring)
         yield settle(ground, chosen, {condition: both}, ((len(match.modes), ratio),))
 
 

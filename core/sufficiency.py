@@ -126,9 +126,11 @@ def adds(first: Candidate, second: Candidate) -> bool:
     So it may be a part of what stays unexplained, however little that is. A clock that goes wrong
     after the fitted part takes nothing there.
     """
-    own = [e for e in second.found.law.effects if e not in first.found.law.effects]
-    if any(e.clock for e in own) and strays(first.found, AHEAD):
-        return second.held_share >= ENOUGH_BOTH
+    before = {e.name for e in first.found.law.effects}
+    own = [e for e in second.found.law.effects if e.name not in before]
+    late = any(e.clock for e in own) and strays(first.found, AHEAD)
+    if late and second.held_share >= ENOUGH_BOTH:
+        return True
     most = second.share >= SECOND and not second.held_share < SECOND_HELD
     return most and gained(first.found, second.found) >= MATERIAL
 

@@ -29,7 +29,7 @@ def weak_modes(
     found: TimeFit, rest: RingDown, body: Body, match: Match, alike: float
 ) -> tuple[RingDown, Match, np.ndarray] | None:
     """The poles with those that only the residual shows, where they are modes of the body, and the
-    pitches (q,) Hz of the others.
+    pitches (q,) Hz of the other ones that ring.
 
     A weak mode hides behind strong ones until those are taken off; it counts when its pitch and
     its shape in the `rest` are those of a computed mode that was not matched yet; `alike`: how
@@ -46,7 +46,8 @@ def weak_modes(
     driven = is_driven(pole, np.ptp(data.time[data.fit]), own)
     turning = found.frequency[list(law.turning)]  # there the pair's other direction is in the fit
     known = (np.abs(np.log(rest.frequency[:, None] / turning)) < 2 * PAIR).any(axis=1)
-    for k in np.flatnonzero(~driven & ~known & (rest.damping_ratio < LIVELY)):
+    able = np.flatnonzero(~driven & ~known & (rest.damping_ratio < LIVELY))
+    for k in able:
         amplitude = rest.amplitude[k]
         shape = np.zeros(len(on))
         shape[on] = real_shapes(amplitude[None])[0][0]
@@ -67,8 +68,8 @@ def weak_modes(
             new_f, new_z, modes = [*new_f, f], [*new_z, z], [*modes, j]
     if len(modes) == len(match.modes):
         return None
-    wider = Match(match.poles + (0,) * (len(modes) - len(match.modes)), tuple(modes))
-    return bare(new_f, new_z, data.sigma), wider, np.setdiff1d(rest.frequency, new_f)
+    wider = Match(match.poles + match.poles[:1] * (len(modes) - len(match.modes)), tuple(modes))
+    return bare(new_f, new_z, data.sigma), wider, np.setdiff1d(rest.frequency[able], new_f)
 
 
 def neighbours(found: TimeFit, match: Match, frequency: np.ndarray):

@@ -38,7 +38,7 @@ from core.linear_part import solve
 from core.outset import begin, outsets
 from core.parameters import parameters
 from core.race import Try, begun, begun_all, ended, race, worth
-from core.read_off import _moved, _with_jumps, jumps, read_off
+from core.read_off import _left_in_all, _moved, _nearby, _with_jumps, jumps, read_off
 from core.ready import to_their_end
 from core.refit import turned
 from core.residual import AHEAD, strays
@@ -228,9 +228,31 @@ def test_jumps_near_one_another_that_are_one_become_one(place):
     known, _ = _moved(two, _with_jumps(found, two, takes), takes)
     ((one,),) = known
     assert one == pytest.approx((when, 3 * frame))
-    apart = (((when, 3 * frame), (takes[0].time[460], frame)),)
-    (own,), _ = _moved(apart, _with_jumps(found, apart, takes), takes)
-    assert len(own) == 2
+
+
+def test_jumps_of_a_fitted_take_are_moved_by_what_it_shows_and_no_other_one_does():
+    lost = 3 * (np.arange(len(TIME)) >= 400)  # after the fitted part
+    kept = np.arange(len(TIME)) + lost
+    values = moved()[kept[kept < len(TIME)]]
+    one = channels(values, time=TIME[: len(values)])
+    found = declared(one)
+    kind = make_dataclass("Held", ["recording", "held_out", "name"])
+    other = replace(
+        channels(5 * moved()), take=kind(one.take.recording, True, "held out"), fit=TIME <= 0.4
+    )  # of which nothing is foretold
+    both = replace(found.law, takes=(*found.law.takes, other), condition=(0, 0))
+    found = replace(found, law=both, predicted=(*found.predicted, np.zeros_like(other.values)))
+    assert _left_in_all(found) == pytest.approx(
+        (((values - found.predicted[0]) / NOISE) ** 2).sum(), rel=1e-6
+    )
+
+
+def test_jumps_far_apart_are_not_made_one():
+    frame = 0.01
+    near, far = ((1.0, frame), (1.04, frame)), ((1.0, frame), (1.05, frame))
+    assert ((1.04, 2 * frame),) in _nearby(near, 0, frame)
+    assert ((1.0, 2 * frame),) in _nearby(near, 0, frame)
+    assert all(len(own) == 2 for own in _nearby(far, 0, frame))
 
 
 def test_where_no_frame_is_whole_no_jump_is_read():
@@ -910,6 +932,8 @@ def test_frames_lost_after_the_fitted_part_are_a_part_of_what_was_off(clock, lef
     first = judge(("contact",), leaves(3.0, found.law), found)
     mended = leaves(3.0 * left, replace(found.law, effects=(effect,)))
     assert adds(first, judge(("contact", effect.name), mended, first.found)) is is_part
+    quiet = judge(("contact",), leaves(1.0, found.law), found)  # nothing is off there
+    assert not adds(quiet, judge(("contact", effect.name), mended, quiet.found))
 
 
 @pytest.mark.parametrize(("ahead", "told"), [(3.0, True), (1.0, False)])
@@ -975,7 +999,8 @@ def test_a_weak_mode_that_runs_into_what_was_left_aside_was_none():
         law=SimpleNamespace(setting=setting()),
     )
     assert astray(found, heard, z, 1, [22.34]).tolist() == [False, True, False]
-    assert not astray(found, heard, z, 1, [22.34, 20.0][1:]).any()  # it lies the other way
+    assert not astray(found, heard, z, 1, [20.0]).any()  # it lies the other way
+    assert not astray(found, heard, z, 1, [24.0]).any()  # nor did it run into this one
     assert not astray(found, heard, z, 3, [22.34]).any()  # each of them was heard by itself
 
 

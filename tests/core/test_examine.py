@@ -6,10 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core import examine
 from core.compare import Measured, compare
 from core.effects import added_mass, compliant_pin, graded_stiffness
-from core.examine import _as_declared, _is_able, _mends_all, _unsure
+from core.examine import _as_declared, _in_time, _is_able, _mends_all, _unsure
 from core.findings import Findings
 from core.ground import Ground
 from core.modal_layer import Suspect
@@ -103,24 +102,15 @@ def test_what_the_author_declares_of_the_body_is_what_others_are_held_against():
     assert same is plain and where is there and others[0].evidence == 55.0
 
 
-@pytest.mark.parametrize(
-    ("in_time", "verdict"), [(0, "explained"), (1, "explained"), (2, "unexplained")]
-)
-def test_beside_two_effects_in_time_a_change_of_the_body_is_a_part(in_time, verdict, monkeypatch):
-    """So many together tell anything; a law of damping is none of them."""
-    measured, base = looked_at(PITCH * [1.0, 1.1, 0.9])
-    _, mended = looked_at(PITCH)
-    for name in ("body_error", "errors", "sag_lines", "ranking", "mesh_pitches", "modulus_spans"):
-        monkeypatch.setattr(examine, name, lambda *one: None)
-    monkeypatch.setattr(examine, "mends", lambda *one: True)
-    for name in ("misleads", "strays"):
-        monkeypatch.setattr(examine, name, lambda *one: False)
-    monkeypatch.setattr(examine, "leaves", lambda *one: 0.0)
-    monkeypatch.setattr(examine, "told_change", lambda best, ranked: best.effect.name)
-    before = SimpleNamespace(
-        verdict="explained", effects=("law", *"ab"[:in_time]), laws=1, damped=None, final=None
-    )
-    plain, mass = Findings("explained", [], [], [], []), suspect(mended, 55.0)
-    there = ground(measured, replace(base, chi2=900.0))
-    found = examine._changed(plain, there, before, [mass], None, None)
-    assert found.verdict == verdict and found.effects == ["added_mass"]
+@pytest.mark.parametrize(("found", "mended", "stay"), [
+    (["dry_friction", "contact"], True, 2),
+    (["split_modes", "contact"], False, 2),
+    (["split_modes", "contact"], True, 1),  # a changed body parts its own pairs
+    ([], True, 0),
+])  # fmt: skip
+def test_a_law_of_damping_and_a_needless_split_are_no_effects_beside_a_changed_body(
+    found, mended, stay
+):
+    names = ["structural_damping", *found]
+    verdict = SimpleNamespace(effects=[SimpleNamespace(names=(n,)) for n in names], laws=1)
+    assert _in_time(verdict, mended) == stay
