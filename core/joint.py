@@ -105,15 +105,16 @@ def _hear(ground: Recorded, matches: dict[int, Match]) -> Heard:
         return heard_by(ground, _whole(ground, settled, loaded))
     chosen = [_same_poles(straight, i, settled[2]) for i in ground.fitted]
     settled = settle(straight, chosen, settled[2])
-    free, turns, first = whole = _whole(straight, settled, loaded)
+    whole = _whole(straight, settled, loaded)
+    free, _, first = whole
     at = ground.fitted[0]
     loud = len(settled[2][condition[at]].modes)
     if len(first.modes) > loud:  # what was not heard by itself bends, too
         straight = _straightened(ground, whole)
         poles = bare(free.frequency, free.damping_ratio, ground.takes[at].sigma)
         again = {condition[at]: first}
-        tied = free.law.tied
-        settled = settle(straight, in_each(straight, poles), again, tied, loud=loud)
+        chosen = in_each(straight, poles)
+        settled = settle(straight, chosen, again, free.law.tied, loud=loud)
         whole = with_all(straight, settled)
     return heard_by(straight, whole)
 

@@ -965,23 +965,21 @@ def test_what_is_off_ahead_of_a_quiet_fit_is_sought():
     assert told.effects[0].names == ("contact",)
 
 
+def ended_at(frequency, damping_ratio):
+    """A fit whose modes ended there."""
+    law = SimpleNamespace(setting=setting())
+    return SimpleNamespace(frequency=frequency, damping_ratio=damping_ratio, law=law)
+
+
 def test_a_mode_that_stays_while_the_first_one_dies_has_strayed():
     heard = np.array([5.0, 9.0, 14.0])
-    found = SimpleNamespace(
-        frequency=heard,
-        damping_ratio=np.array([0.02, 1e-5, 0.02]),
-        law=SimpleNamespace(setting=setting()),
-    )
+    found = ended_at(heard, np.array([0.02, 1e-5, 0.02]))
     assert astray(found, heard, np.full(3, 0.02)).tolist() == [False, True, False]
 
 
 def test_a_weak_mode_that_runs_into_a_loud_one_is_a_share_of_it():
     heard, z = np.array([5.0, 35.8, 35.1]), np.full(3, 0.03)
-    found = SimpleNamespace(
-        frequency=np.array([5.0, 35.82, 35.78]),
-        damping_ratio=z,
-        law=SimpleNamespace(setting=setting()),
-    )
+    found = ended_at(np.array([5.0, 35.82, 35.78]), z)
     assert astray(found, heard, z, loud=2).tolist() == [False, False, True]
     assert not astray(found, heard, z).any()  # both were heard: a split pair draws together
     assert not astray(found, found.frequency, z, loud=2).any()  # it was heard so near
@@ -993,11 +991,7 @@ def test_a_weak_mode_that_runs_into_a_loud_one_is_a_share_of_it():
 
 def test_a_weak_mode_that_runs_into_what_was_left_aside_was_none():
     heard, z = np.array([2.77, 20.59, 24.69]), np.full(3, 0.01)
-    found = SimpleNamespace(
-        frequency=np.array([2.77, 22.32, 24.69]),
-        damping_ratio=z,
-        law=SimpleNamespace(setting=setting()),
-    )
+    found = ended_at(np.array([2.77, 22.32, 24.69]), z)
     assert astray(found, heard, z, 1, [22.34]).tolist() == [False, True, False]
     assert not astray(found, heard, z, 1, [20.0]).any()  # it lies the other way
     assert not astray(found, heard, z, 1, [24.0]).any()  # nor did it run into this one
