@@ -36,7 +36,7 @@ def common(matches: dict[int, Match], heard: dict[int, np.ndarray]) -> dict[int,
 def _led_by(match: Match, mode: int) -> Match:
     at = match.modes.index(mode)
     order = [at, *(k for k in range(len(match.modes)) if k != at)]
-    return Match(tuple(match.poles[k] for k in order), tuple(match.modes[k] for k in order))
+    return match.only(order)
 
 
 def left_out(ground: Recorded, rings: tuple, every: dict, matches: dict) -> list:

@@ -6,7 +6,7 @@ import numpy as np
 
 from .joint import Heard, heard_by, with_all
 from .match import ALIKE, Match
-from .settle import Recorded, beside, in_each, settle
+from .settle import Recorded, beside, settle_poles
 from .unheard import NEIGHBOUR, bare
 
 
@@ -40,8 +40,7 @@ def without_mimics(heard: Heard) -> Heard | None:
     # as it was heard: beside a mimic it is what is left of it
     f[0], z[0] = (one[match.poles[0]] for one in (ring.frequency, ring.damping_ratio))
     poles = bare(f[kept], z[kept], heard.takes[first].sigma)
-    fewer = Match(tuple(match.poles[k] for k in kept), tuple(match.modes[k] for k in kept))
-    settled = settle(ground, in_each(ground, poles), {ground.condition[first]: fewer})
+    settled = settle_poles(ground, poles, match.only(kept))
     return heard_by(ground, with_all(ground, settled))
 
 
@@ -59,5 +58,4 @@ def _ground(heard: Heard) -> Recorded | None:
     """What the modes of one body are fitted on; None where loads part them or one is unknown."""
     if len(set(heard.condition)) > 1 or None in heard.match.modes:
         return None
-    fitted = [i for i, data in enumerate(heard.takes) if not data.take.held_out]
-    return Recorded(heard.takes, heard.condition, heard.bodies, fitted, heard.rings)
+    return Recorded(heard.takes, heard.condition, heard.bodies, heard.rings)

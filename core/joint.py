@@ -21,7 +21,16 @@ from .outlived import outlived
 from .partners import FAINT, gaps_of, swing_of, with_partners
 from .residual import NOISY, excess
 from .seat import seated
-from .settle import Recorded, amplitudes, astray, beside, in_each, moves_its_way, settle, untied
+from .settle import (
+    Recorded,
+    amplitudes,
+    astray,
+    beside,
+    moves_its_way,
+    settle,
+    settle_poles,
+    untied,
+)
 from .side_by_side import side_by_side
 from .symmetry import is_even
 from .timefit import fit
@@ -112,10 +121,7 @@ def _hear(ground: Recorded, matches: dict[int, Match]) -> Heard:
     if len(first.modes) > loud:  # what was not heard by itself bends, too
         straight = _straightened(ground, whole)
         poles = bare(free.frequency, free.damping_ratio, ground.takes[at].sigma)
-        again = {condition[at]: first}
-        chosen = in_each(straight, poles)
-        settled = settle(straight, chosen, again, free.law.tied, loud=loud)
-        whole = with_all(straight, settled)
+        whole = with_all(straight, settle_poles(straight, poles, first, free.law.tied, loud=loud))
     return heard_by(straight, whole)
 
 
@@ -151,8 +157,7 @@ def _listened(body: Body, find_release) -> Recorded:
         body,
         *(build_body(case, body.bare, take, body.carried, body.seats) for take in others),
     )
-    fitted = [i for i, d in enumerate(takes) if not d.take.held_out]
-    return Recorded(takes, condition, bodies, fitted, rings)
+    return Recorded(takes, condition, bodies, rings)
 
 
 def _heard_or_why(take, find_release):
@@ -210,9 +215,9 @@ def _whole(ground: Recorded, settled: tuple, loaded: list):
         if weak is None:
             break
         if weak[1].modes != tried:
-            chosen = in_each(ground, weak[0])
-            tried, loud = weak[1].modes, len(first.modes)
-            wider = settle(ground, chosen, {condition: weak[1]}, loud=loud, aside=weak[2])
+            ring, both, aside = weak
+            tried, loud = both.modes, len(first.modes)
+            wider = settle_poles(ground, ring, both, loud=loud, aside=aside)
         if alike < WEAK and excess(wider[0]) > LESS * excess(free):
             continue
         wider = _with_neighbour(ground, wider)

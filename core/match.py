@@ -41,6 +41,10 @@ class Match:
     poles: tuple[int, ...]
     modes: tuple[int | None, ...]  # into the computed modes; None = no computed mode fits
 
+    def only(self, kept) -> "Match":
+        """Its modes `kept` (m,), in that order."""
+        return Match(tuple(self.poles[k] for k in kept), tuple(self.modes[k] for k in kept))
+
 
 def mac(a: np.ndarray, b: np.ndarray) -> float:
     """Modal assurance criterion |a.b|^2 / (a.a b.b), 0 to 1 (Allemang, Sound Vib. 37, 2003)."""

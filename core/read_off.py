@@ -8,9 +8,9 @@ from .baseline import px_per_metre
 from .effects import base_motion, lost_frames, tracker_drift
 from .effects.base import Effect
 from .in_step import in_step
-from .law import TimeFit
-from .refit import instead
-from .timefit import extend, fit
+from .law import Law, TimeFit
+from .refit import MOVED, swapped
+from .timefit import extend, fit, foretold
 
 SEEN = 12  # frames in which every channel is there, more than which jumps need
 ROUNDS = 3  # of looks for more jumps
@@ -22,7 +22,7 @@ def read_off(start: TimeFit) -> list[Effect]:
     """Effects that are made from what a fit leaves."""
     law, out = start.law, []
     data = law.takes[law.fitted[0]]
-    residual = _left(start, 0)
+    residual = _missed(start, 0)
     if len(np.unique(data.marker[~data.support])) >= 3:
         left = tuple(
             np.zeros_like(t.values) if t.take.held_out else t.values - p
@@ -52,7 +52,7 @@ def _is_read(data) -> bool:
     return not data.take.held_out or bool(data.support.any())
 
 
-def _left(found: TimeFit, take: int) -> np.ndarray:
+def _missed(found: TimeFit, take: int) -> np.ndarray:
     """(T, C) what the fitted take number `take` has that the fit has not."""
     index = found.law.fitted[take]
     return found.law.takes[index].values - found.predicted[index]
@@ -65,19 +65,38 @@ def jumps(start: TimeFit) -> list[Effect]:
     do not end so, only those are taken that look so from the first.
     """
     takes = tuple(start.law.takes[index] for index in start.law.fitted)
-    if min(np.isfinite(_left(start, n)).all(axis=1).sum() for n in range(len(takes))) <= SEEN:
+    if _is_gappy(start):
         return []
-    known, found = _sought(start, takes, lambda gain: True)
-    known, found = _moved(known, found, takes)
-    if _are_none(known, takes) or _whole(found, known) != known:
+    none = ((),) * len(takes)
+
+    def as_seen():
+        known, found = _moved(*_sought(start, takes, lambda gain: True), takes)
+        return none if _whole(found, known) != known else known
+
+    def if_whole():
         known, found = _less_others(start, *_sought(start, takes, lost_frames.is_whole), takes)
-        known, _ = _less_others(start, *_moved(known, found, takes), takes)
-    return [] if _are_none(known, takes) else [lost_frames.lost(known, takes)]
+        return _less_others(start, *_moved(known, found, takes), takes)[0]
+
+    for known in in_step([as_seen, if_whole]):
+        if any(known) and not any(map(lost_frames.too_many, known, takes)):
+            return [lost_frames.lost(known, takes)]
+    return []
 
 
-def _are_none(known: tuple, takes: tuple) -> bool:
-    """Whether there is no jump, or a take has more than a recording may have."""
-    return not any(known) or any(map(lost_frames.too_many, known, takes))
+def shows_few_jumps(start: TimeFit) -> bool:
+    """Whether the residuals show jumps at a first look, and fewer than it would see in anything; a
+    fit that has its own shows none.
+    """
+    if any(effect.clock for effect in start.law.effects) or _is_gappy(start):
+        return False
+    seen = [len(lost_frames.next_jumps(_sight(start, n))) for n in range(len(start.law.fitted))]
+    return 0 < max(seen) < lost_frames.MOST
+
+
+def _is_gappy(start: TimeFit) -> bool:
+    """Whether a take has too few frames in which every channel is there."""
+    whole = [np.isfinite(_missed(start, n)).all(axis=1).sum() for n in range(len(start.law.fitted))]
+    return min(whole) <= SEEN
 
 
 def _sought(start: TimeFit, takes: tuple, is_one) -> tuple[tuple, TimeFit]:
@@ -107,40 +126,80 @@ def _moved(known: tuple, found: TimeFit, takes: tuple) -> tuple[tuple, TimeFit]:
     """The jumps, and the fit with them, each where it fits best nearby; two near one another as
     one, where that fits better.
     """
-    for n, data in enumerate(takes):
-        at = 0
-        while at < len(known[n]):
-            moved = [
-                (*known[:n], own, *known[n + 1 :]) for own in _nearby(known[n], at, data.frame)
-            ]
-            effects = [lost_frames.lost(one, takes) for one in moved]
-            better = in_step([partial(instead, found, effect, _left_in_all) for effect in effects])
-            left, before = [_left_in_all(one) if one else np.inf for one in better], len(known[n])
-            if min(left) < _left_in_all(found):
-                known, found = moved[int(np.argmin(left))], better[int(np.argmin(left))]
-            at += len(known[n]) == before  # one that was made of two may be one with the next
-    return _gathered(known, ((),) * len(takes), takes), found
+    for _ in range(ROUNDS):
+        moves = [
+            (n, at, *move)
+            for n, data in enumerate(takes)
+            for at in range(len(known[n]))
+            for move in _nearby(known[n], at, data.frame)
+        ]
+        some = [_after(known, [move], takes) for move in moves]
+        left = in_step([partial(_left_with, found, lost_frames.lost(one, takes)) for one in some])
+        before = _left(found)
+        better = [moves[i] for i in np.argsort(left) if left[i] < before]
+        if not better:
+            break
+        tries = [_after(known, one, takes) for one in (_apart(better), better[:1])]
+        fits = in_step([partial(_instead, found, lost_frames.lost(one, takes)) for one in tries])
+        least = min((0, 1), key=lambda n: _left(fits[n]))
+        if not _left(fits[least]) < before:
+            break
+        known, found = tries[least], fits[least]
+    return known, found
 
 
 def _nearby(own: tuple, at: int, frame: float) -> list[tuple]:
-    """A take's jumps with number `at` moved, or made one with the next one, where that is near."""
+    """(how many of a take's jumps, from number `at` on, the one in their place): it moved, or made
+    one with the next one where that is near.
+    """
     when, gap = own[at]
-    out = [
-        (*own[:at], (when + shift, gap), *own[at + 1 :])
-        for shift in frame * np.array([-2, -1, 1, 2])
-    ]
+    out = [(1, (when + shift, gap)) for shift in frame * np.array([-2, -1, 1, 2])]
     if at + 1 < len(own) and own[at + 1][0] - when < (NEAR + 0.5) * frame:
-        whole = gap + own[at + 1][1]
-        out += [(*own[:at], (place, whole), *own[at + 2 :]) for place, _ in own[at : at + 2]]
+        out += [(2, (place, gap + own[at + 1][1])) for place, _ in own[at : at + 2]]
     return out
 
 
-def _left_in_all(found: TimeFit) -> float:
+def _apart(moves: list) -> list:
+    """Of the moves, best first, those of other jumps than the better ones."""
+    out, gone = [], set()
+    for n, at, many, jump in moves:
+        own = {(n, at + i) for i in range(many)}
+        if not own & gone:
+            out.append((n, at, many, jump))
+            gone |= own
+    return out
+
+
+def _after(known: tuple, moves: list, takes: tuple) -> tuple:
+    """The jumps after moves of different ones: (take, number, how many, the one in their place)."""
+    out = [list(own) for own in known]
+    for n, at, many, jump in sorted(moves, key=lambda move: -move[1]):
+        out[n][at : at + many] = [jump]
+    return _gathered(out, ((),) * len(takes), takes)
+
+
+def _left_with(found: TimeFit, effect: Effect) -> float:
+    """What is left with other jumps in the last effect's place, all else as it stands."""
+    law, (start,) = swapped(found, effect, [()])
+    return _left_in_all(law, *foretold(law, start))
+
+
+def _instead(found: TimeFit, effect: Effect) -> TimeFit:
+    """Fitted again with other jumps in the last effect's place."""
+    law, (start,) = swapped(found, effect, [()])
+    return fit(law, start, evaluations=MOVED)
+
+
+def _left(found: TimeFit) -> float:
+    return _left_in_all(found.law, found.chi2, found.predicted)
+
+
+def _left_in_all(law: Law, chi2: float, predicted: tuple) -> float:
     """Misfit of the fitted takes, their last part too: a jump may lie there."""
-    total = found.chi2
-    for index in found.law.fitted:
-        data = found.law.takes[index]
-        left = ((data.values - found.predicted[index]) / data.sigma)[~data.fit][:, ~data.support]
+    total = chi2
+    for index in law.fitted:
+        data = law.takes[index]
+        left = ((data.values - predicted[index]) / data.sigma)[~data.fit][:, ~data.support]
         total += float(np.nansum(left**2))
     return total
 

@@ -1,6 +1,5 @@
 """A fit's effects left out, put in another order, or one put in another's place; less damping."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -60,17 +59,6 @@ def put(found: TimeFit, i: int, effect: Effect, thetas: list) -> tuple[Law, np.n
     own = [theta[0] for theta in found.theta]
     starts = [_from(found, [*own[:i], np.asarray(t, float), *own[i + 1 :]]) for t in thetas]
     return law, np.array(starts)
-
-
-def instead(found: TimeFit, effect: Effect, left: Callable[[TimeFit], float]) -> TimeFit | None:
-    """Fitted again with another one in the last effect's place, if less is `left` so at once.
-
-    Both have no parameters of their own.
-    """
-    law, starts = swapped(found, effect, [()])
-    if left(as_it_stands(law, starts[0])) >= left(found):
-        return None
-    return fit(law, starts[0], evaluations=2)
 
 
 def lighter(found: TimeFit) -> TimeFit:

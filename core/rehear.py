@@ -11,6 +11,7 @@ from .joint import SHOWN, Heard
 from .law import TimeFit, replace
 from .residual import NOISY, errors, excess
 from .settle import moves_its_way
+from .time_layer import singles
 from .timefit import as_it_stands, best_fit, misfits
 from .verdict import Verdict
 
@@ -31,15 +32,30 @@ def second_hearing(
     """
     heard, verdict = _with_one_more(heard, verdict, diagnose)
     fewer = without_mimics(heard) if verdict.verdict == "unexplained" else None
-    if fewer is not None and _is_better(again := diagnose(fewer), verdict):
-        return _with_one_more(fewer, again, diagnose)
-    return heard, verdict
+    if fewer is None or not _one_foretells_more(fewer.declared, verdict):
+        return heard, verdict
+    again = diagnose(fewer)
+    return (
+        _with_one_more(fewer, again, diagnose) if _is_better(again, verdict) else (heard, verdict)
+    )
+
+
+def _one_foretells_more(declared: TimeFit, verdict: Verdict) -> bool:
+    """Whether one effect beside the declared fit foretells more than all that was found."""
+    found, _ = singles(declared, declared)
+    off = errors(_best(verdict) or verdict.final).held_out
+    return any(errors(one.found).held_out < off for one in found)
+
+
+def _best(verdict: Verdict) -> TimeFit | None:
+    """What was found, or the effect that tells most, if any was tried."""
+    if verdict.effects:
+        return verdict.final
+    return verdict.ranked[0].found if verdict.ranked else None
 
 
 def _with_one_more(heard: Heard, verdict: Verdict, diagnose) -> tuple[Heard, Verdict]:
-    best = verdict.final if verdict.effects else None
-    if best is None and verdict.ranked:
-        best = verdict.ranked[0].found
+    best = _best(verdict)
     quiet = best is not None and best.chi2 < NOISY * best.samples
     if best is None or (quiet and verdict.verdict != "unexplained"):
         return heard, verdict

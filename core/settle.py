@@ -31,8 +31,12 @@ class Recorded:
     takes: tuple[Channels, ...]
     condition: tuple[int, ...]
     bodies: tuple[Body, ...]
-    fitted: list[int]
     rings: tuple[RingDown, ...]  # per take, as each was heard by itself
+
+    @property
+    def fitted(self) -> list[int]:
+        """Which takes are not held out."""
+        return [i for i, data in enumerate(self.takes) if not data.take.held_out]
 
 
 def settle(
@@ -60,7 +64,7 @@ def settle(
         turns_too = turning(first.modes, computed)
         apart = ground.condition
         if turns_too and len(ground.fitted) > 1:  # each release has a direction of its own
-            apart = _apart(ground.takes, ground.condition)
+            apart = _apart(ground)
         law, start = build_law(chosen, ground.takes, apart, ground.condition)
         law, turns = _informed(law, ground, matches, chosen)
         ways = _ways(first, computed, seen)
@@ -72,10 +76,15 @@ def settle(
         kept, tied = np.flatnonzero(~strayed), ()
         loud = loud and int((kept < loud).sum())
         chosen = [select(ring, tuple(kept)) for ring in chosen]
-        matches = {
-            c: Match(tuple(m.poles[k] for k in kept), tuple(m.modes[k] for k in kept))
-            for c, m in matches.items()
-        }
+        matches = {c: match.only(kept) for c, match in matches.items()}
+
+
+def settle_poles(ground: Recorded, ring: RingDown, match: Match, tied=(), **how):
+    """What `settle` returns of the poles of a ring-down, whose `match` is that of the first fitted
+    take's body, with the amplitudes that they have in every take.
+    """
+    matches = {ground.condition[ground.fitted[0]]: match}
+    return settle(ground, _in_each(ground, ring), matches, tied, **how)
 
 
 def _ways(match: Match, frequency: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -158,17 +167,17 @@ def _informed(law: Law, ground: Recorded, matches, chosen):
     return law, tuple(turns)
 
 
-def _apart(takes, condition) -> tuple[int, ...]:
+def _apart(ground: Recorded) -> tuple[int, ...]:
     """A condition of its own for every fitted take; a held-out one keeps that of its loads."""
-    fitted = [i for i, t in enumerate(takes) if not t.take.held_out]
+    fitted, condition = ground.fitted, ground.condition
     first = {condition[i]: n for n, i in reversed(list(enumerate(fitted)))}
     return tuple(
         fitted.index(i) if i in fitted else first.get(condition[i], len(fitted))
-        for i in range(len(takes))
+        for i in range(len(condition))
     )
 
 
-def in_each(ground: Recorded, ring: RingDown) -> list[RingDown]:
+def _in_each(ground: Recorded, ring: RingDown) -> list[RingDown]:
     """The ring-down with the amplitudes that its poles have in each of the fitted takes."""
     return [amplitudes(ground, index, ring) for index in ground.fitted]
 
@@ -193,8 +202,7 @@ def beside(ground: Recorded, free: TimeFit, match: Match):
     """What is settled with one of the strongest mode's neighbours, for each of them."""
     condition = ground.condition[ground.fitted[0]]
     for ring, both, ratio in neighbours(free, match, ground.bodies[condition].modes.frequency):
-        chosen = in_each(ground, ring)
-        yield settle(ground, chosen, {condition: both}, ((len(match.modes), ratio),))
+        yield settle_poles(ground, ring, both, ((len(match.modes), ratio),))
 
 
 def moves_its_way(found: TimeFit, body: Body, mode: int) -> bool:

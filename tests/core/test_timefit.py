@@ -38,7 +38,7 @@ from core.linear_part import solve
 from core.outset import begin, outsets
 from core.parameters import parameters
 from core.race import Try, begun, begun_all, ended, race, worth
-from core.read_off import _left_in_all, _moved, _nearby, _with_jumps, jumps, read_off
+from core.read_off import _left, _moved, _nearby, _with_jumps, jumps, read_off
 from core.ready import to_their_end
 from core.refit import turned
 from core.residual import AHEAD, strays
@@ -242,7 +242,7 @@ def test_jumps_of_a_fitted_take_are_moved_by_what_it_shows_and_no_other_one_does
     )  # of which nothing is foretold
     both = replace(found.law, takes=(*found.law.takes, other), condition=(0, 0))
     found = replace(found, law=both, predicted=(*found.predicted, np.zeros_like(other.values)))
-    assert _left_in_all(found) == pytest.approx(
+    assert _left(found) == pytest.approx(
         (((values - found.predicted[0]) / NOISE) ** 2).sum(), rel=1e-6
     )
 
@@ -250,9 +250,9 @@ def test_jumps_of_a_fitted_take_are_moved_by_what_it_shows_and_no_other_one_does
 def test_jumps_far_apart_are_not_made_one():
     frame = 0.01
     near, far = ((1.0, frame), (1.04, frame)), ((1.0, frame), (1.05, frame))
-    assert ((1.04, 2 * frame),) in _nearby(near, 0, frame)
-    assert ((1.0, 2 * frame),) in _nearby(near, 0, frame)
-    assert all(len(own) == 2 for own in _nearby(far, 0, frame))
+    assert (2, (1.04, 2 * frame)) in _nearby(near, 0, frame)
+    assert (2, (1.0, 2 * frame)) in _nearby(near, 0, frame)
+    assert all(many == 1 for many, _ in _nearby(far, 0, frame))
 
 
 def test_where_no_frame_is_whole_no_jump_is_read():
