@@ -6,45 +6,65 @@ import numpy as np
 from scipy.linalg import null_space
 
 from .channels import cut
-from .law import Law, unpack, widths, with_columns
+from .law import Elsewhere, Law, unpack, widths, with_columns
 from .linear_part import delays, regressors
 from .shutter import later
 from .simulate import free_swing
 
 STEPS, STILL = 12, 1e-6  # at most, and the share of the start that a last one moves it by
+FORM = 0.98  # squared cosine of a measured sag and a computed one, from which the one is the other
 WIDE = 3.0  # times what it was in the fitted take, that the start of what rings along may be
 
 
 def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.ndarray:
     """(T, C) of a whole held-out take: all is known but its start, fitted where `fit` says.
 
-    Its offsets are those of the first fitted take of its condition. Fitted are place and speed of
-    every mode, those of what sounds as one with it and of further modes included, and the phase of
-    what drives it. A creep goes with how far the object was held. What an effect reads off the
-    take is known.
+    Its offsets are those of the first fitted take of its condition. Where there is none, pitches,
+    shapes and offsets are those of the first fitted take of all, changed as the body says. Fitted
+    are place and speed of every mode, those of what sounds as one with it and of further modes
+    included, and the phase of what drives it. A creep goes with how far the object was held. What
+    an effect reads off the take is known.
     """
-    condition = law.condition[index]
+    condition, pitch, other = law.condition[index], law.pitch[index], None
     same = [i for i in law.fitted if law.condition[i] == condition]
     if not same:
-        return np.full(law.takes[index].values.shape, np.nan)
+        same, other = law.fitted, law.elsewhere[index] if law.elsewhere else None
+        condition, pitch = law.condition[same[0]], law.pitch[same[0]]
     model, take = law.fitted.index(same[0]), law.takes[index]
     given = sum(e.given(index) for e in law.effects if e.given)
     data = replace(take, take=replace(take.take, held_out=False), values=take.values - given)
     one = replace(law, takes=(data,), condition=(0,), pitch=(0,))
     a, b, _ = law.sizes()
-    K, at = law.modes, 2 * law.modes * law.pitch[index]
+    K, at = law.modes, 2 * law.modes * pitch
     lead = np.r_[p[at : at + 2 * K], np.zeros(2 * K), p[a + b :]]
     each = 1 + sum(widths(law))
     head = law.own * law.conditions + each * model
     own = coefficients[:, law.own * condition : law.own * (condition + 1)]
     known = np.hstack([own, coefficients[:, head : head + each]])
+    swings, creeps, lines = _kinds(law)
     first = p[a + 2 * K * model : a + 2 * K * (model + 1)]
     size = np.hypot(*first.reshape(2, -1)).max()
-    swings, creeps, lines = _kinds(law)
-    alike = law.pitch[index] == law.pitch[law.fitted[0]]  # whose body the ways are of
+    alike = pitch == law.pitch[law.fitted[0]]  # whose body the ways are of
+    if other is not None:
+        lead[:K] += other.pitch
+        computed, own = other.shapes
+        # what a body swings about that sags bends its shapes, the other way where it is turned over
+        bent = (other.strength if other.held else 1.0) * (known[:, :K].T - computed)
+        known[:, :K] = (own + bent).T
+        # what was seen some time after its release swung as far the other way before
+        pose = np.copysign(np.hypot(*first.reshape(2, -1)), first[:K])
+        softer = 1 + np.abs(_crept(known, K, creeps, pose)).sum()
+        modulus = (2 * np.pi * np.exp(p[at]) / other.omega) ** 2
+        known[:, law.own] += (
+            _yields(known[:, law.own] - law.takes[same[0]].rest, other, softer / modulus)
+            * other.more
+        )
+        alike = alike and other.rings_alike
     across = _across(one if alike else replace(one, ways=()), lead, known, creeps, first[:K])
 
     def strength(start):  # of a release from the other side it is negative
+        if other is not None and other.held:
+            return other.strength
         return np.copysign(np.hypot(*start.reshape(2, -1)).max() / size, start @ first)
 
     def guess(x, part):
@@ -69,6 +89,23 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
     steps = np.full(2 * K + 2 * across.count, law.setting.amplitude)
     steps = 1e-4 * np.r_[steps, np.ones(2 * len([*swings, *lines]))]
     return _started(guess, data, steps) + given
+
+
+def _yields(sag: np.ndarray, other: Elsewhere, computed: float) -> float:
+    """1/Pa, how the body yields to a weight: as its `sag` (C,) shows, where that has its form, else
+    as it is `computed` to.
+    """
+    if not other.held:
+        return computed
+    size = other.sag @ other.sag
+    along = sag @ other.sag
+    return along / size if along**2 > FORM * size * (sag @ sag) else computed
+
+
+def _crept(known, modes: int, creeps: list, pose: np.ndarray) -> np.ndarray:
+    """(q,) of each creep's column, over how far it was held."""
+    held = known[:, :modes] @ pose
+    return held @ known[:, creeps] / max(held @ held, 1e-300)
 
 
 def _kinds(law: Law) -> tuple[list, list, list]:
@@ -124,8 +161,7 @@ def _across(law: Law, lead, known: np.ndarray, creeps: list, pose: np.ndarray) -
         shapes.append((way @ null_space(along[None])).T * np.linalg.norm(along))
         modes += [k] * len(shapes[-1])
     shapes = np.vstack(shapes)
-    held = known[:, : law.modes] @ pose
-    creep = held @ known[:, creeps] / max(held @ held, 1e-300)
+    creep = _crept(known, law.modes, creeps, pose)
     return _Across(omega[:, modes], zeta[:, modes], shapes, creep)
 
 

@@ -1,13 +1,24 @@
 """The body of a case on its mesh: held, loaded, rung, and read at the markers."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from .channels import Channels
 from .data import Case, ElasticModel, Modes, Take, TetMesh
 from .effects.gravity_preload import change_model
-from .elasticity import PLAIN, UNKNOWN, Seat, add_loads, assemble, hold, point_operator
+from .elasticity import (
+    PLAIN,
+    UNKNOWN,
+    Seat,
+    add_loads,
+    assemble,
+    gravity_force,
+    hold,
+    point_operator,
+    static,
+)
 from .modes import solve_modes
 
 COUNT = 16  # computed modes: more than any recording of a soft body shows
@@ -31,6 +42,12 @@ class Body:
         moved = (self.markers @ shapes.reshape(-1, shapes.shape[2])).reshape(-1, 3, shapes.shape[2])
         seen = np.einsum("ci,cim->mc", data.directions, moved[data.marker])
         return np.where(data.support, 0.0, seen)
+
+    @cached_property
+    def yielding(self) -> np.ndarray:
+        """(P, 3, 3) m at 1 Pa under 1 m/s2 along each axis."""
+        pull = np.transpose([gravity_force(self.model, axis) for axis in np.eye(3)])
+        return static(self.model, pull, 1.0)
 
 
 def bare_model(case: Case, mesh: TetMesh, element: str) -> ElasticModel:

@@ -29,6 +29,7 @@ class Channels:
     rest: np.ndarray  # (C,) where the declared rest place is seen
     quiet: np.ndarray  # (C,) mean before the release, NaN where nothing was recorded
     take: Take
+    doubt: np.ndarray | None = None  # (C,) by how much what is foretold of it may be off, rms
 
     def __post_init__(self):
         T, C = len(self.time), len(self.sigma)
@@ -47,6 +48,11 @@ class Channels:
         """(T, C) s by which a known rolling shutter took each sample after its frame's instant."""
         camera = self.take.recording.camera
         return camera.readout * self.rows if camera is not None and camera.readout else None
+
+    @property
+    def unsure(self) -> np.ndarray:
+        """(C,) noise and doubt, rms: less than that shows nothing."""
+        return self.sigma if self.doubt is None else np.hypot(self.sigma, self.doubt)
 
     @property
     def frame(self) -> float:

@@ -71,6 +71,9 @@ def diagnose(
     if lacking is None:
         return as_declared()
     damping, twins = lacking
+    if _is_noise(declared):
+        minor = ((damping.names[0], gained(declared, damping.found)),)
+        return replace(as_declared(), minor=minor)
     then = _told(damping.found, widen, damping.found)
     if then.effects and is_needless(then.final, declared):
         plain = as_declared()
@@ -85,6 +88,12 @@ def diagnose(
         twins=(twins, *then.twins),
         ranked=(damping, *then.ranked),
     )
+
+
+def _is_noise(declared: TimeFit) -> bool:
+    """Whether what the declared fit leaves is noise, or hardly more, and a trifle of the motion."""
+    quiet = declared.chi2 < QUIET * declared.samples and excess(declared) < MATERIAL
+    return quiet and not fails(declared)
 
 
 def _told(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
@@ -126,7 +135,7 @@ def _sharpened(verdict: Verdict) -> Verdict:
 def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     chain = ((None, declared),)
     over = excess(declared)
-    if over < MATERIAL and declared.chi2 < QUIET * declared.samples and not fails(declared):
+    if _is_noise(declared):
         return Verdict("adequate", chain, (), (), (), ())
     found, left = singles(start, declared)
     able = to_their_end(exchanged_alone(found, declared), declared)

@@ -210,14 +210,17 @@ def gravity_force(model: ElasticModel, g: np.ndarray) -> np.ndarray:
 
 
 def static(model: ElasticModel, force: np.ndarray, youngs_modulus: float) -> np.ndarray:
-    """(P, 3) m: small displacement under `force` (3P,) N. Raises DataError when nothing is held."""
+    """(P, 3) m: small displacement under `force` (3P,) N, or (P, 3, n) under n of them (3P, n).
+
+    Raises DataError when nothing is held.
+    """
     if loose_motions(model):
         raise DataError("static: the pins leave the body free to move as a whole. Pin an area.")
     free = model.free
     factor = factorize(model.stiffness[free][:, free], np.repeat(model.points, 3, axis=0)[free])
-    u = np.zeros(3 * len(model.points))
+    u = np.zeros_like(force, float)
     u[free] = factor.solve(np.asarray(force, float)[free]) / youngs_modulus
-    return u.reshape(-1, 3)
+    return u.reshape(-1, 3, *u.shape[1:])
 
 
 def surface_quadrature(model: ElasticModel) -> tuple[sparse.csr_matrix, np.ndarray, np.ndarray]:

@@ -150,7 +150,8 @@ def _listened(body: Body, find_release) -> Recorded:
     rings = tuple(ring for _, ring in pairs)
     takes = tuple(_first_periods(d, r) if d.take.held_out else d for d, r in pairs)
     keys = [_key(take) for take in case.takes]
-    order = list(dict.fromkeys(keys))
+    fitted = [key for key, data in zip(keys, takes, strict=True) if not data.take.held_out]
+    order = list(dict.fromkeys([*fitted, *keys]))
     condition = tuple(order.index(key) for key in keys)
     others = [case.takes[keys.index(key)] for key in order[1:]]
     bodies = (

@@ -8,9 +8,32 @@ import numpy as np
 from .channels import Channels
 from .effects.base import Effect, Setting
 
+SAME = 1e-6  # relative difference of two computed pitches that are one
 TRUST = 20.0  # 1 / 0.05: computed modes' sizes are known to five per cent, their masses to ten
 FARTHEST = 30.0  # most that a place moves in a higher mode over the first
 BEYOND = 1.5  # times the most that any known place does: computed shapes are not exact
+
+
+@dataclass(frozen=True, eq=False)
+class Elsewhere:
+    """How a take whose loads or gravity no fitted take has differs from the first fitted one."""
+
+    pitch: np.ndarray  # (K,) log of each mode's pitch over that in the first
+    shapes: tuple  # (K, C) of the first, and its own, channels' unit per metre at the reference
+    sag: np.ndarray  # (C,) of the first at 1 Pa, in the channels' unit; nought where not known
+    more: np.ndarray  # (C,) what its own sag is more
+    held: bool  # both were held where they do not sag, up to their release
+    omega: float  # rad/s, of the first mode in the first at 1 Pa
+
+    @property
+    def strength(self) -> float:
+        """How far it was held, over that of the first one, where both were."""
+        return float(1 + self.more @ self.sag / (self.sag @ self.sag))
+
+    @property
+    def rings_alike(self) -> bool:
+        """Whether the body has the same pitches in both."""
+        return bool((np.abs(self.pitch) < SAME).all())
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +52,7 @@ class Law:
     trust: float = TRUST  # weight that keeps the other modes' shapes at one at their references
     gauges: tuple[np.ndarray, ...] = ()  # the reference of every condition, where there are more
     tied: tuple[tuple[int, float], ...] = ()  # (mode, log of its computed pitch over the first's)
+    elsewhere: tuple[Elsewhere | None, ...] = ()  # per take; none where a fitted one is like it
 
     def gauge(self, condition: int) -> np.ndarray:
         """(K, C) weights that keep a condition's shapes at one."""

@@ -17,7 +17,9 @@ from .pencil import evenly
 # time-bandwidth product and tapers: the second leaks less and resolves less, for very clean tracks
 TAPERS = ((5.0, 4), (8.0, 4))
 LEAKED = 0.8  # of the first estimate: when the second is below it, the first had motion in it
-PIECE = 96  # samples that are looked at together where the instants are uneven
+PIECE = 96  # samples that are looked at together where the instants are uneven, or jump
+FEWEST = 3  # pieces of even samples, two of which, or a quarter, are without a jump
+JUMPED = 0.7  # of the whole's estimate: when such pieces are below it, time jumped
 EVEN = 1e-3  # of a step, that one between neighbours may be other than the usual one
 OVER = 0.3  # of them that the band must leave
 FINE = 4  # points of a sequence per sample
@@ -46,10 +48,21 @@ def noise_floor(time: np.ndarray, signals: np.ndarray) -> np.ndarray:
 
 def _even_floor(even: np.ndarray) -> np.ndarray:
     """(C,) rms, of even samples (T, C) without gaps."""
-    ramp = np.polynomial.chebyshev.chebvander(np.linspace(-1, 1, len(even)), 1)
-    even = even - ramp @ np.linalg.lstsq(ramp, even, rcond=None)[0]
+    even = _straight(even)
     first, second = (_level(even, *tapers) for tapers in TAPERS)
-    return np.sqrt(np.where(second < LEAKED**2 * first, second, first))
+    whole = np.where(second < LEAKED**2 * first, second, first)
+    if len(even) < FEWEST * PIECE:
+        return np.sqrt(whole)
+    pieces = np.array_split(even, len(even) // PIECE)
+    each = np.sort([_level(_straight(piece), *TAPERS[0]) for piece in pieces], axis=0)
+    apart = each[max(1, len(each) // 4)]
+    return np.sqrt(np.where(apart < JUMPED**2 * whole, apart, whole))
+
+
+def _straight(even: np.ndarray) -> np.ndarray:
+    """Even samples (T, C) without the straight line that is nearest to them."""
+    ramp = np.polynomial.chebyshev.chebvander(np.linspace(-1, 1, len(even)), 1)
+    return even - ramp @ np.linalg.lstsq(ramp, even, rcond=None)[0]
 
 
 def _patchy_floor(time: np.ndarray, y: np.ndarray, slepian) -> np.ndarray:

@@ -58,8 +58,8 @@ def pays(wider: TimeFit, found: TimeFit) -> bool:
     return bool(less and bic(wider) < bic(found) - EVIDENCE)
 
 
-def noise_share(takes: tuple[Channels, ...], held: bool) -> float:
-    """The recording's own noise in the normalisation of `Error`."""
+def noise_share(takes: tuple[Channels, ...], held: bool, doubted: bool = False) -> float:
+    """The recording's own noise in the normalisation of `Error`; with what is `doubted` besides."""
     noise = moved = 0.0
     for data, use in zip(takes, parts(takes, held), strict=True):
         if not use.any():
@@ -68,7 +68,7 @@ def noise_share(takes: tuple[Channels, ...], held: bool) -> float:
         busy = use.any(axis=0)
         mean = np.nanmean(values[:, busy], axis=0)
         moved += np.nansum((values[:, busy] - mean) ** 2)
-        noise += (use * data.sigma**2).sum()
+        noise += (use * (data.unsure if doubted else data.sigma) ** 2).sum()
     return float(np.sqrt(noise / max(moved, 1e-300)))
 
 
@@ -77,7 +77,7 @@ def misfit(takes: tuple[Channels, ...], predicted, held: bool) -> tuple[float, i
     total, count = 0.0, 0
     for data, guess, use in zip(takes, predicted, parts(takes, held), strict=True):
         if use.any():
-            left = np.where(use, (data.values - guess) / data.sigma, 0.0)
+            left = np.where(use, (data.values - guess) / data.unsure, 0.0)
             total += float((left**2).sum())
             count += int(use.sum())
     return total, count
@@ -141,4 +141,4 @@ def errors(found: TimeFit) -> Error:
 def strays(found: TimeFit, much: float = FAR_OFF) -> bool:
     """Whether what was held out is mispredicted by `much` times its noise."""
     takes = found.law.takes
-    return errors(found).held_out > much * noise_share(takes, True) > 0
+    return errors(found).held_out > much * noise_share(takes, True, doubted=True) > 0

@@ -53,7 +53,7 @@ def owes(found: TimeFit, declared: TimeFit, clearly: float = CLEARLY) -> bool:
     What is read off the record is there as it was, so that what it leaves is no trifle; nor is an
     error as large as the motion itself, which nothing at all would have predicted better.
     """
-    noise = noise_share(declared.law.takes, True)
+    noise = noise_share(declared.law.takes, True, doubted=True)
     after, before = (errors(one).held_out for one in (found, declared))
     read = is_read_off([e for e in found.law.effects if e not in declared.law.effects])
     trifle = 0.0 if read else TRIFLE * _beyond(before, noise)

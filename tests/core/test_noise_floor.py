@@ -79,3 +79,16 @@ def test_motion_near_half_the_frame_rate_is_no_noise(written):
     else:
         time = np.round(time, 6)
     assert noise_floor(time, y) == pytest.approx(np.full(3, sigma), rel=0.25)
+
+
+@pytest.mark.parametrize("jumps", [(130,), (60, 250, 290)])
+def test_time_that_jumps_is_no_noise(jumps):
+    rng = np.random.default_rng(len(jumps))
+    motion = wobble(FORCES["linear"], 420, 17, 0.01)
+    kept = np.arange(420)
+    for at in jumps:
+        kept = np.delete(kept, slice(at, at + 3))
+    y = np.outer(motion[kept], rng.uniform(0.5, 1.0, 8))
+    y = y + 1e-3 * rng.standard_normal(y.shape)
+    found = noise_floor(np.arange(len(y)) / 120, y)
+    assert np.median(found) == pytest.approx(1e-3, rel=0.35)
