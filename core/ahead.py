@@ -12,6 +12,7 @@ from .shutter import later
 from .simulate import free_swing
 
 STEPS, STILL = 12, 1e-6  # at most, and the share of the start that a last one moves it by
+NEARLY = 2.0  # times the sag, within which a release began from where the body does not sag
 FORM = 0.98  # squared cosine of a measured sag and a computed one, from which the one is the other
 WIDE = 3.0  # times what it was in the fitted take, that the start of what rings along may be
 
@@ -44,26 +45,26 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
     swings, creeps, lines = _kinds(law)
     first = p[a + 2 * K * model : a + 2 * K * (model + 1)]
     size = np.hypot(*first.reshape(2, -1)).max()
-    alike = pitch == law.pitch[law.fitted[0]]  # whose body the ways are of
+    alike, hung = pitch == law.pitch[law.fitted[0]], False  # whose body the ways are of
     if other is not None:
         lead[:K] += other.pitch
-        computed, own = other.shapes
-        # what a body swings about that sags bends its shapes, the other way where it is turned over
-        bent = (other.strength if other.held else 1.0) * (known[:, :K].T - computed)
-        known[:, :K] = (own + bent).T
         # what was seen some time after its release swung as far the other way before
         pose = np.copysign(np.hypot(*first.reshape(2, -1)), first[:K])
         softer = 1 + np.abs(_crept(known, K, creeps, pose)).sum()
+        sag = np.where(take.support, 0.0, known[:, law.own] - law.takes[same[0]].rest)
+        hung = _is_hung(sag, known[:, :K] @ pose, other)
         modulus = (2 * np.pi * np.exp(p[at]) / other.omega) ** 2
-        known[:, law.own] += (
-            _yields(known[:, law.own] - law.takes[same[0]].rest, other, softer / modulus)
-            * other.more
-        )
+        yields = sag @ other.sag / (other.sag @ other.sag) if hung else softer / modulus
+        known[:, law.own] += yields * other.more
+        computed, own = other.shapes
+        # what a body swings about that sags bends its shapes, the other way where it is turned over
+        bent = (other.strength if hung else 1.0) * (known[:, :K].T - computed)
+        known[:, :K] = (own + bent).T
         alike = alike and other.rings_alike
     across = _across(one if alike else replace(one, ways=()), lead, known, creeps, first[:K])
 
     def strength(start):  # of a release from the other side it is negative
-        if other is not None and other.held:
+        if hung:
             return other.strength
         return np.copysign(np.hypot(*start.reshape(2, -1)).max() / size, start @ first)
 
@@ -91,15 +92,14 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
     return _started(guess, data, steps) + given
 
 
-def _yields(sag: np.ndarray, other: Elsewhere, computed: float) -> float:
-    """1/Pa, how the body yields to a weight: as its `sag` (C,) shows, where that has its form, else
-    as it is `computed` to.
+def _is_hung(sag: np.ndarray, pose: np.ndarray, other: Elsewhere) -> bool:
+    """Whether the first take shows the sag (C,) that was computed, and was let go (C,) from where
+    it does not sag.
     """
-    if not other.held:
-        return computed
-    size = other.sag @ other.sag
-    along = sag @ other.sag
-    return along / size if along**2 > FORM * size * (sag @ sag) else computed
+    along, size = sag @ other.sag, (sag @ sag) * (other.sag @ other.sag)
+    away = np.linalg.norm(pose) / max(np.linalg.norm(sag), 1e-300)
+    formed = along > 0 and along**2 > FORM * size
+    return other.held and bool(formed) and 1 / NEARLY < away < NEARLY
 
 
 def _crept(known, modes: int, creeps: list, pose: np.ndarray) -> np.ndarray:

@@ -37,6 +37,8 @@ class Channels:
         seal(self, "values", float, (T, C), finite=False)
         seal(self, "sigma", float, (C,))
         seal(self, "fit", bool, (T,))
+        if self.doubt is not None:
+            seal(self, "doubt", float, (C,))
 
     @property
     def known(self) -> np.ndarray:

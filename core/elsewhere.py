@@ -2,7 +2,8 @@
 
 Law         each mode's pitch and shape change as computed; its offsets by what the body yields more
             under the other weight, its stiffness being what the first mode's pitch says
-Cannot      tell how a force acts on a body of another mass
+Cannot      tell how a force acts on a body of another mass, nor follow further modes, partners and
+            a pair's other direction there
 """
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.optimize import linear_sum_assignment
 
 from .body import Body
 from .channels import Channels
+from .elasticity import loose_motions
 from .law import Elsewhere
 from .match import PAIR
 
@@ -31,12 +33,13 @@ def elsewhere(
     if changed.model is not body.model:
         become = _followed(body, turn, changed)
         after, now = become.T @ changed.seen(other), _pitch(changed, become)
-        size = np.linalg.norm(before, axis=1) / np.linalg.norm(after, axis=1)
+        size = np.linalg.norm(before, axis=1) / np.maximum(np.linalg.norm(after, axis=1), 1e-300)
         way = np.where((after * before).sum(axis=1) < 0, -1.0, 1.0)
         after = after * (way * size)[:, None]  # how far a mode goes is fitted
     unit = (reference * before).sum(axis=1)[:, None]
     sag, more, held = np.zeros(len(data.sigma)), np.zeros(len(other.sigma)), False
-    if data.take.gravity is not None and other.take.gravity is not None:
+    known = data.take.gravity is not None and other.take.gravity is not None
+    if known and not loose_motions(body.model):
         sag = _droop(body, data)
         more = _droop(changed, other) - sag
         held = body.case.shape == "unloaded" and bool(sag.any())
@@ -44,7 +47,7 @@ def elsewhere(
     return Elsewhere(np.log(now / pitch), both, sag, more, held, 2 * np.pi * pitch[0])
 
 
-def doubt(one: Elsewhere, data: Channels, omega: float) -> np.ndarray:
+def unsure(one: Elsewhere, data: Channels, omega: float) -> np.ndarray:
     """(C,) by how much what is foretold of such a take may be off, rms, whichever way it goes:
     what turns with the body goes across. The first mode has the pitch `omega` rad/s in the first.
     """

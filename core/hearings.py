@@ -56,6 +56,6 @@ def weak_beside(match: Match, frequency: np.ndarray, damping_ratio: np.ndarray) 
 
 def _ground(heard: Heard) -> Recorded | None:
     """What the modes of one body are fitted on; None where loads part them or one is unknown."""
-    if len(set(heard.condition)) > 1 or None in heard.match.modes:
-        return None
-    return Recorded(heard.takes, heard.condition, heard.bodies, heard.rings)
+    ground = Recorded(heard.takes, heard.condition, heard.bodies, heard.rings)
+    parted = len({ground.condition[i] for i in ground.fitted}) > 1
+    return None if parted or None in heard.match.modes else ground

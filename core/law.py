@@ -22,7 +22,7 @@ class Elsewhere:
     shapes: tuple  # (K, C) of the first, and its own, channels' unit per metre at the reference
     sag: np.ndarray  # (C,) of the first at 1 Pa, in the channels' unit; nought where not known
     more: np.ndarray  # (C,) what its own sag is more
-    held: bool  # both were held where they do not sag, up to their release
+    held: bool  # the places are those without a sag, from where both may have been let go
     omega: float  # rad/s, of the first mode in the first at 1 Pa
 
     @property

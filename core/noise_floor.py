@@ -19,7 +19,7 @@ TAPERS = ((5.0, 4), (8.0, 4))
 LEAKED = 0.8  # of the first estimate: when the second is below it, the first had motion in it
 PIECE = 96  # samples that are looked at together where the instants are uneven, or jump
 FEWEST = 3  # pieces of even samples, two of which, or a quarter, are without a jump
-JUMPED = 0.7  # of the whole's estimate: when such pieces are below it, time jumped
+JUMPED = 0.7  # of the whole's estimate, rms: when such pieces are below it, time may have jumped
 EVEN = 1e-3  # of a step, that one between neighbours may be other than the usual one
 OVER = 0.3  # of them that the band must leave
 FINE = 4  # points of a sequence per sample
@@ -54,9 +54,13 @@ def _even_floor(even: np.ndarray) -> np.ndarray:
     if len(even) < FEWEST * PIECE:
         return np.sqrt(whole)
     pieces = np.array_split(even, len(even) // PIECE)
-    each = np.sort([_level(_straight(piece), *TAPERS[0]) for piece in pieces], axis=0)
-    apart = each[max(1, len(each) // 4)]
-    return np.sqrt(np.where(apart < JUMPED**2 * whole, apart, whole))
+    each = np.array([_level(_straight(piece), *TAPERS[0]) for piece in pieces])
+    apart = np.sort(each, axis=0)[max(1, len(each) // 4)]
+    # noise that falls as the motion dies has no quiet piece before a loud one
+    loud = each > apart / JUMPED**2
+    jumps = (loud & np.maximum.accumulate(~loud, axis=0)).any(axis=0)
+    jumps &= (apart > 0) & (apart < JUMPED**2 * whole)
+    return np.sqrt(np.where(jumps, apart, whole))
 
 
 def _straight(even: np.ndarray) -> np.ndarray:

@@ -25,6 +25,7 @@ from .law import TimeFit
 from .near_camera import as_seen_nearby
 from .play import motion
 from .rehear import second_hearing
+from .residual import noise_share
 from .ringdown import find_release
 from .side_by_side import meanwhile
 from .signatures import budget
@@ -233,11 +234,25 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
         "diagnosis": told,
         "warnings": [
             *findings.warnings,
+            *_foretold_elsewhere(final),
             *filter(None, [told_sizes(final) if findings.verdict == "unexplained" else ""]),
             *filter(None, [without, told_claim(case.claimed_youngs_modulus, real)]),
             *filter(None, [mesh_stiffening.told(stiff, heard.match.modes, true)]),
         ],
     }
+
+
+def _foretold_elsewhere(final: TimeFit) -> list[str]:
+    """A line for each take that the body alone foretells."""
+    out = []
+    for data in final.law.takes:
+        if data.doubt is not None:
+            forgiven = noise_share((data,), True, doubted=True)
+            out.append(
+                f"{data.take.name}: no fitted take has its loads and gravity. The body foretells "
+                f"it, and the verdict forgives an error of {forgiven:.2g}."
+            )
+    return out
 
 
 def _heard_warnings(case: Case, heard: Heard) -> list[str]:

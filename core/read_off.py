@@ -10,7 +10,7 @@ from .effects.base import Effect
 from .in_step import in_step
 from .law import Law, TimeFit
 from .refit import MOVED, swapped
-from .timefit import extend, fit, foretold
+from .timefit import extend, fit, standing
 
 SEEN = 12  # frames in which every channel is there, more than which jumps need
 ROUNDS = 3  # of looks for more jumps
@@ -139,9 +139,10 @@ def _moved(known: tuple, found: TimeFit, takes: tuple) -> tuple[tuple, TimeFit]:
         better = [moves[i] for i in np.argsort(left) if left[i] < before]
         if not better:
             break
-        tries = [_after(known, one, takes) for one in (_apart(better), better[:1])]
+        tries = dict.fromkeys(_after(known, one, takes) for one in (_apart(better), better[:1]))
+        tries = list(tries)
         fits = in_step([partial(_instead, found, lost_frames.lost(one, takes)) for one in tries])
-        least = min((0, 1), key=lambda n: _left(fits[n]))
+        least = min(range(len(tries)), key=lambda n: _left(fits[n]))
         if not _left(fits[least]) < before:
             break
         known, found = tries[least], fits[least]
@@ -181,7 +182,7 @@ def _after(known: tuple, moves: list, takes: tuple) -> tuple:
 def _left_with(found: TimeFit, effect: Effect) -> float:
     """What is left with other jumps in the last effect's place, all else as it stands."""
     law, (start,) = swapped(found, effect, [()])
-    return _left_in_all(law, *foretold(law, start))
+    return _left_in_all(law, *standing(law, start))
 
 
 def _instead(found: TimeFit, effect: Effect) -> TimeFit:
@@ -194,7 +195,7 @@ def _left(found: TimeFit) -> float:
     return _left_in_all(found.law, found.chi2, found.predicted)
 
 
-def _left_in_all(law: Law, chi2: float, predicted: tuple) -> float:
+def _left_in_all(law: Law, chi2: float, predicted) -> float:
     """Misfit of the fitted takes, their last part too: a jump may lie there."""
     total = chi2
     for index in law.fitted:

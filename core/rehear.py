@@ -41,9 +41,11 @@ def second_hearing(
 
 
 def _one_foretells_more(declared: TimeFit, verdict: Verdict) -> bool:
-    """Whether one effect beside the declared fit foretells more than all that was found."""
-    found, _ = singles(declared, declared)
+    """Whether the declared fit, or one effect beside it, foretells more than all that was found."""
     off = errors(_best(verdict) or verdict.final).held_out
+    if errors(declared).held_out < off:
+        return True
+    found, _ = singles(declared, declared)
     return any(errors(one.found).held_out < off for one in found)
 
 

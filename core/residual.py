@@ -43,7 +43,7 @@ def _nrmse(takes, predicted, uses) -> float | None:
         busy = use.any(axis=0)
         mean = np.nanmean(values[:, busy], axis=0)
         moved += np.nansum((values[:, busy] - mean) ** 2)
-        wrong += np.nansum((values - guess)[:, busy] ** 2)
+        wrong += ((data.values - guess)[use] ** 2).sum()
     return float(np.sqrt(wrong / max(moved, 1e-300))) if any(u.any() for u in uses) else None
 
 
@@ -73,7 +73,7 @@ def noise_share(takes: tuple[Channels, ...], held: bool, doubted: bool = False) 
 
 
 def misfit(takes: tuple[Channels, ...], predicted, held: bool) -> tuple[float, int]:
-    """Sum of squared residuals in noise units, and how many samples it is over."""
+    """Sum of squared residuals over noise and doubt, and how many samples it is over."""
     total, count = 0.0, 0
     for data, guess, use in zip(takes, predicted, parts(takes, held), strict=True):
         if use.any():

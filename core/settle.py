@@ -8,7 +8,7 @@ from .baseline import build_law, real_shapes, with_body
 from .body import Body
 from .channels import Channels
 from .data import RingDown, poles, replace
-from .elsewhere import doubt, elsewhere
+from .elsewhere import elsewhere, unsure
 from .law import Law, TimeFit
 from .match import Match, align, is_driven, likeness, mac, select, turning
 from .residual import NOISY, QUIET
@@ -164,21 +164,22 @@ def _informed(law: Law, ground: Recorded, matches, chosen):
         turns[c] = align(matches[c].modes, seen, bodies[c].modes.frequency, measured)
         if not told:
             law = with_body(law, law.takes[i], bodies[c], turns[c])
-            law = _told_elsewhere(ground, i, law, turns[c])
             told = True
+            if i == ground.fitted[0]:
+                law = _told_elsewhere(ground, law, turns[c])
     return law, tuple(turns)
 
 
-def _told_elsewhere(ground: Recorded, first: int, law: Law, turn: np.ndarray) -> Law:
-    """The law told by the bodies how takes that no fitted one is like differ from the `first`."""
-    known = {ground.condition[i] for i in ground.fitted}
+def _told_elsewhere(ground: Recorded, law: Law, turn: np.ndarray) -> Law:
+    """The law told by the bodies how takes that no fitted one is like differ from the first one."""
+    known, first = {ground.condition[i] for i in ground.fitted}, ground.fitted[0]
     both = [(t, ground.bodies[c]) for t, c in zip(ground.takes, ground.condition, strict=True)]
     unlike = tuple(
         None if c in known else elsewhere(both[first], there, turn, law.reference)
         for there, c in zip(both, ground.condition, strict=True)
     )
     takes = tuple(
-        replace(data, doubt=doubt(one, data, law.setting.omega[0])) if one else data
+        replace(data, doubt=unsure(one, data, law.setting.omega[0])) if one else data
         for one, data in zip(unlike, law.takes, strict=True)
     )
     return replace(law, elsewhere=unlike, takes=takes)

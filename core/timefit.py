@@ -271,29 +271,29 @@ def beyond(found: TimeFit, change: np.ndarray) -> np.ndarray:
     return change - (change @ q) @ q.T
 
 
-def foretold(law: Law, p: np.ndarray) -> tuple[float, tuple[np.ndarray, ...]]:
-    """chi2 at `p`, and what the law says there of every take, each (T, C)."""
+def standing(law: Law, p: np.ndarray) -> tuple[float, list]:
+    """chi2 at `p`, and what the law says there of the fitted takes, each (T, C), of others None."""
     _, r, predicted = _told(law, p)
     return float((r**2).sum()), predicted
 
 
 def _told(law: Law, p: np.ndarray):
-    """The linear part solved at `p`, the residuals (R,), and what is said of every take."""
+    """The linear part solved at `p`, the residuals (R,), and what is said of the fitted takes."""
     solved = solve(law, p[None])
     coefficients = solved.coefficients[0]
     predicted = [None] * len(law.takes)
     for take, index in enumerate(law.fitted):
         y = (solved.bases[take][0] @ coefficients[:, :, None])[..., 0].T
         predicted[index] = y + sum(e.given(index) for e in law.effects if e.given)
-    for index, data in enumerate(law.takes):
-        if data.take.held_out:
-            predicted[index] = ahead(law, p, coefficients, index)
-    return solved, left_over(law, p[None], solved)[0], tuple(predicted)
+    return solved, left_over(law, p[None], solved)[0], predicted
 
 
 def conclude(law: Law, p: np.ndarray, jac: np.ndarray) -> TimeFit:
     """The fit at `p`, predictions of all takes, and the covariance from the Jacobian."""
     solved, r, predicted = _told(law, p)
+    for index, data in enumerate(law.takes):
+        if data.take.held_out:
+            predicted[index] = ahead(law, p, solved.coefficients[0], index)
     scale = np.linalg.norm(jac, axis=0)
     scale = np.where(scale > 0, scale, 1.0)
     inverse = np.linalg.pinv((jac / scale).T @ (jac / scale), rcond=1e-12)
@@ -302,7 +302,7 @@ def conclude(law: Law, p: np.ndarray, jac: np.ndarray) -> TimeFit:
         parameters=p,
         covariance=inverse / np.outer(scale, scale),
         coefficients=solved.coefficients[0],
-        predicted=predicted,
+        predicted=tuple(predicted),
         chi2=float((r**2).sum()),
         samples=int(sum(use.sum() for use in solved.uses)),
         unknowns=len(p) + int((~solved.barred).sum()) - law.own,

@@ -92,3 +92,18 @@ def test_time_that_jumps_is_no_noise(jumps):
     y = y + 1e-3 * rng.standard_normal(y.shape)
     found = noise_floor(np.arange(len(y)) / 120, y)
     assert np.median(found) == pytest.approx(1e-3, rel=0.35)
+
+
+def test_noise_that_falls_as_the_motion_dies_is_not_that_of_its_end():
+    rng = np.random.default_rng(7)
+    motion = wobble(FORCES["linear"], 420, 17, 0.02)
+    falls = np.exp(-np.arange(420) / 120)
+    noise = 1e-3 * falls[:, None] * rng.standard_normal((420, 8))
+    found = noise_floor(np.arange(420) / 120, motion[:, None] + noise)
+    assert (found > 0.6 * np.sqrt(np.mean(noise**2))).all()
+
+
+def test_a_track_in_whole_steps_that_comes_to_rest_keeps_their_noise():
+    motion = wobble(FORCES["linear"], 420, 17, 0.03)
+    steps = np.round(motion[:, None] * np.linspace(20.0, 40.0, 8))
+    assert (noise_floor(np.arange(420) / 120, steps) > 0).all()

@@ -8,6 +8,7 @@ import pytest
 from core.baseline import build_law
 from core.damping import find_damping, is_needless
 from core.data import RingDown
+from core.diagnosis import diagnose
 from core.effects import dry_friction
 from core.race import Try, race
 from core.rub import in_plane
@@ -21,7 +22,7 @@ OMEGA, ZETA, PLACE = 2 * np.pi * PITCH, 0.01, np.array([[1.0, 0.0], [0.0, 1.1]])
 SIZE, TRAVEL = 0.03, 0.02  # of the first mode's force at first, of its swing
 
 
-def swung(plane: bool, zeta=ZETA, seed=0):
+def swung(plane: bool, zeta=ZETA, seed=0, size=SIZE):
     """(T, 4) m of two modes of one mass, rubbed in a plane or along a line between their ways."""
     h, x, v = 1 / (200 * RATE), AMPLITUDE * np.array([1.0, 0.6]), np.zeros(2)
     rows = PLACE if plane else np.array([[1.0, 0.8]])
@@ -31,7 +32,7 @@ def swung(plane: bool, zeta=ZETA, seed=0):
             out.append(x.copy())
         slip = slip + rows @ v * h / (TRAVEL * AMPLITUDE)
         slip /= max(np.linalg.norm(slip), 1.0)
-        force = -SIZE * OMEGA[0] ** 2 * AMPLITUDE * slip @ rows
+        force = -size * OMEGA[0] ** 2 * AMPLITUDE * slip @ rows
         v = v + h * (force - 2 * zeta * OMEGA * v - OMEGA**2 * x)
         x = x + h * v
     noise = NOISE * np.random.default_rng(seed).standard_normal((len(out), 4))
@@ -46,6 +47,11 @@ def swinging(values):
     )  # fmt: skip
     law, p = build_law([ring], (channels(values),), (0,))
     return fit(replace(law, setting=replace(law.setting, paired=False)), p, evaluations=40)
+
+
+def equally_damped(free):
+    """The best fit with one damping ratio for all modes."""
+    return fit(replace(free.law, damping="common"), free.parameters, evaluations=40)
 
 
 def rubbed(values):
@@ -78,8 +84,19 @@ def test_a_law_of_damping_that_a_rub_feigned_is_needless_once_the_rub_is_known()
     for zeta, needless in ((ZETA, True), (np.array([0.01, 0.03]), False)):
         values = swung(plane=True, zeta=zeta)
         free = swinging(values)
-        one = fit(replace(free.law, damping="common"), free.parameters, evaluations=40)
+        one = equally_damped(free)
         law, _ = find_damping(one, free)
         assert law.names == ("viscous_damping",)
         found = in_plane(rubbed(values), 1)
         assert is_needless(found, one) is needless
+
+
+@pytest.mark.parametrize(("apart", "verdict"), [(0.02, "adequate"), (0.2, "explained")])
+def test_a_law_of_damping_that_hardly_shows_is_told_and_not_added(apart, verdict):
+    zeta = 0.02 * np.array([1 - apart, 1 + apart])
+    free = swinging(swung(plane=False, zeta=zeta, size=0.0))
+    told = diagnose(equally_damped(free), free)
+    assert told.verdict == verdict
+    minor = [name for name, share in told.minor if share < 0.005]
+    assert (told.names, minor) in [((), ["viscous_damping"]), (("viscous_damping",), [])]
+    assert bool(minor) == (verdict == "adequate")
