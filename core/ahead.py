@@ -6,13 +6,13 @@ import numpy as np
 from scipy.linalg import null_space
 
 from .channels import cut
-from .law import Elsewhere, Law, unpack, widths, with_columns
+from .law import Law, unpack, widths, with_columns
 from .linear_part import delays, regressors
 from .shutter import later
 from .simulate import free_swing
 
 STEPS, STILL = 12, 1e-6  # at most, and the share of the start that a last one moves it by
-NEARLY = 2.0  # times the sag, within which a release began from where the body does not sag
+NEARLY = 2.0  # times the sag, within which it was let go from where the body does not sag
 FORM = 0.98  # squared cosine of a measured sag and a computed one, from which the one is the other
 WIDE = 3.0  # times what it was in the fitted take, that the start of what rings along may be
 
@@ -52,13 +52,15 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
         pose = np.copysign(np.hypot(*first.reshape(2, -1)), first[:K])
         softer = 1 + np.abs(_crept(known, K, creeps, pose)).sum()
         sag = np.where(take.support, 0.0, known[:, law.own] - law.takes[same[0]].rest)
-        hung = _is_hung(sag, known[:, :K] @ pose, other)
+        sags = other.held and _is_of_form(sag, other.sag)
+        away = np.linalg.norm(known[:, :K] @ pose) / max(np.linalg.norm(sag), 1e-300)
+        hung = sags and 1 / NEARLY < away < NEARLY
         modulus = (2 * np.pi * np.exp(p[at]) / other.omega) ** 2
-        yields = sag @ other.sag / (other.sag @ other.sag) if hung else softer / modulus
+        yields = sag @ other.sag / (other.sag @ other.sag) if sags else softer / modulus
         known[:, law.own] += yields * other.more
         computed, own = other.shapes
         # what a body swings about that sags bends its shapes, the other way where it is turned over
-        bent = (other.strength if hung else 1.0) * (known[:, :K].T - computed)
+        bent = (other.strength if sags else 1.0) * (known[:, :K].T - computed)
         known[:, :K] = (own + bent).T
         alike = alike and other.rings_alike
     across = _across(one if alike else replace(one, ways=()), lead, known, creeps, first[:K])
@@ -92,14 +94,10 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
     return _started(guess, data, steps) + given
 
 
-def _is_hung(sag: np.ndarray, pose: np.ndarray, other: Elsewhere) -> bool:
-    """Whether the first take shows the sag (C,) that was computed, and was let go (C,) from where
-    it does not sag.
-    """
-    along, size = sag @ other.sag, (sag @ sag) * (other.sag @ other.sag)
-    away = np.linalg.norm(pose) / max(np.linalg.norm(sag), 1e-300)
-    formed = along > 0 and along**2 > FORM * size
-    return other.held and bool(formed) and 1 / NEARLY < away < NEARLY
+def _is_of_form(sag: np.ndarray, computed: np.ndarray) -> bool:
+    """Whether a measured sag (C,) is the computed one, but for its size."""
+    along = sag @ computed
+    return bool(along > 0 and along**2 > FORM * (sag @ sag) * (computed @ computed))
 
 
 def _crept(known, modes: int, creeps: list, pose: np.ndarray) -> np.ndarray:

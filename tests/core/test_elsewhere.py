@@ -124,13 +124,13 @@ def swinging(pitch, shape, offset, noise, held_out=False):
     return replace(one, take=take, fit=TIME <= 0.4) if held_out else replace(one, take=take)
 
 
-@pytest.mark.parametrize("told", [True, False])
-def test_what_is_turned_over_swings_as_the_body_says(told):
+@pytest.mark.parametrize(("told", "far"), [(True, 1.0), (True, 0.2), (False, 1.0)])
+def test_what_is_turned_over_swings_as_the_body_says(told, far):
     bent = AMPLITUDE * np.array([0.0, 0.0, 0.2, -0.2])  # by the sag, so the other way there
     plain, heavy = AMPLITUDE * SHAPE, 0.9
     sag = -plain
-    first = swinging(5.0, plain + bent, sag, 1)
-    other = swinging(5.0 * heavy, plain - bent, -sag, 2, held_out=True)
+    first = swinging(5.0, far * (plain + bent), sag, 1)
+    other = swinging(5.0 * heavy, far * (plain - bent), -sag, 2, held_out=True)
     found = declared(first, other, condition=(0, 1))
     shapes = (SHAPE / (found.law.reference @ SHAPE)[:, None],) * 2
     unlike = Elsewhere(np.log([heavy]), shapes, sag * 1e5, -2 * sag * 1e5, True, 2 * np.pi * 5e-3)
