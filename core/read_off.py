@@ -65,7 +65,7 @@ def jumps(start: TimeFit) -> list[Effect]:
     do not end so, only those are taken that look so from the first.
     """
     takes = tuple(start.law.takes[index] for index in start.law.fitted)
-    if _is_gappy(start):
+    if min(np.isfinite(_missed(start, n)).all(axis=1).sum() for n in range(len(takes))) <= SEEN:
         return []
     none = ((),) * len(takes)
 
@@ -81,22 +81,6 @@ def jumps(start: TimeFit) -> list[Effect]:
         if any(known) and not any(map(lost_frames.too_many, known, takes)):
             return [lost_frames.lost(known, takes)]
     return []
-
-
-def shows_few_jumps(start: TimeFit) -> bool:
-    """Whether the residuals show jumps at a first look, and fewer than it would see in anything; a
-    fit that has its own shows none.
-    """
-    if any(effect.clock for effect in start.law.effects) or _is_gappy(start):
-        return False
-    seen = [len(lost_frames.next_jumps(_sight(start, n))) for n in range(len(start.law.fitted))]
-    return 0 < max(seen) < lost_frames.MOST
-
-
-def _is_gappy(start: TimeFit) -> bool:
-    """Whether a take has too few frames in which every channel is there."""
-    whole = [np.isfinite(_missed(start, n)).all(axis=1).sum() for n in range(len(start.law.fitted))]
-    return min(whole) <= SEEN
 
 
 def _sought(start: TimeFit, takes: tuple, is_one) -> tuple[tuple, TimeFit]:

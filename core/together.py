@@ -17,7 +17,7 @@ from .effects.further_mode import ran_off
 from .law import TimeFit
 from .outset import begin, outsets
 from .race import TELLS, Try, race, raced, unlike
-from .read_off import jumps, shows_few_jumps
+from .read_off import jumps
 from .refit import turned
 from .residual import AHEAD, NOISY, bic, strays
 from .side_by_side import in_step_by_parts
@@ -132,7 +132,7 @@ def _with_jumps(start: TimeFit, others: list[Candidate]) -> list:
 
     Jumps hide what tells little without them, and cost no search.
     """
-    others = [single for single in others if shows_few_jumps(single.found)]
+    others = [one for one in others if not any(e.clock for e in one.found.law.effects)]
     seen = in_step_by_parts([lambda c=c: able(c.found, jumps(c.found)) for c in others])
     tries = [
         (single, Try(single.found, np.zeros(1), effect, [()]))
