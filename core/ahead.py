@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from .channels import cut
-from .law import Law, unpack, widths, with_columns
+from .law import Elsewhere, Law, unpack, widths, with_columns
 from .linear_part import delays, regressors
 from .shutter import later
 from .simulate import free_swing
@@ -48,20 +48,16 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
     alike, hung = pitch == law.pitch[law.fitted[0]], False  # whose body the ways are of
     if other is not None:
         lead[:K] += other.pitch
+        sag = np.where(take.support, 0.0, known[:, law.own] - law.takes[same[0]].rest)
         # what was seen some time after its release swung as far the other way before
         pose = np.copysign(np.hypot(*first.reshape(2, -1)), first[:K])
         softer = 1 + np.abs(_crept(known, K, creeps, pose)).sum()
-        sag = np.where(take.support, 0.0, known[:, law.own] - law.takes[same[0]].rest)
-        sags = other.held and _is_of_form(sag, other.sag)
-        away = np.linalg.norm(known[:, :K] @ pose) / max(np.linalg.norm(sag), 1e-300)
-        hung = sags and 1 / NEARLY < away < NEARLY
         modulus = (2 * np.pi * np.exp(p[at]) / other.omega) ** 2
-        yields = sag @ other.sag / (other.sag @ other.sag) if sags else softer / modulus
-        known[:, law.own] += yields * other.more
-        computed, own = other.shapes
-        # what a body swings about that sags bends its shapes, the other way where it is turned over
-        bent = (other.strength if sags else 1.0) * (known[:, :K].T - computed)
-        known[:, :K] = (own + bent).T
+        away = np.linalg.norm(known[:, :K] @ pose) / max(np.linalg.norm(sag), 1e-300)
+        shown = other.held and _is_of_form(sag, other.sag)
+        hung = shown and 1 / NEARLY < away < NEARLY
+        known[:, :K], more = _changed(known[:, :K], other, sag if shown else None)
+        known[:, law.own] += more * (1 if shown else softer / modulus)
         alike = alike and other.rings_alike
     across = _across(one if alike else replace(one, ways=()), lead, known, creeps, first[:K])
 
@@ -92,6 +88,19 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
     steps = np.full(2 * K + 2 * across.count, law.setting.amplitude)
     steps = 1e-4 * np.r_[steps, np.ones(2 * len([*swings, *lines]))]
     return _started(guess, data, steps) + given
+
+
+def _changed(shapes: np.ndarray, other: Elsewhere, sag: np.ndarray | None):
+    """The shapes (C, K) as they are there, and what the offsets (C,) have more: in the channels'
+    unit where the first take shows its `sag` (C,), else at 1 Pa.
+    """
+    computed, own = other.shapes
+    bent = shapes.T - computed
+    if sag is None:
+        return (own + bent).T, other.more
+    # what a body swings about that sags bends its shapes, the other way where it is turned over
+    yields = sag @ other.sag / (other.sag @ other.sag)
+    return (own + other.strength * bent).T, yields * other.more
 
 
 def _is_of_form(sag: np.ndarray, computed: np.ndarray) -> bool:

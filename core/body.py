@@ -43,6 +43,10 @@ class Body:
         seen = np.einsum("ci,cim->mc", data.directions, moved[data.marker])
         return np.where(data.support, 0.0, seen)
 
+    def sag(self, data: Channels) -> np.ndarray:
+        """(C,) how far the channels' places yield to the take's gravity at 1 Pa, in their unit."""
+        return self.seen(data, (self.yielding @ data.take.gravity)[:, :, None])[0]
+
     @cached_property
     def yielding(self) -> np.ndarray:
         """(P, 3, 3) m at 1 Pa under 1 m/s2 along each axis."""

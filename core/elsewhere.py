@@ -40,8 +40,8 @@ def elsewhere(
     sag, more, held = np.zeros(len(data.sigma)), np.zeros(len(other.sigma)), False
     known = data.take.gravity is not None and other.take.gravity is not None
     if known and not loose_motions(body.model):
-        sag = _droop(body, data)
-        more = _droop(changed, other) - sag
+        sag = body.sag(data)
+        more = changed.sag(other) - sag
         held = body.case.shape == "unloaded" and bool(sag.any())
     both = before / unit, after / unit
     return Elsewhere(np.log(now / pitch), both, sag, more, held, 2 * np.pi * pitch[0])
@@ -75,8 +75,3 @@ def _followed(body: Body, turn: np.ndarray, changed: Body) -> np.ndarray:
         near = np.abs(changed.modes.frequency / changed.modes.frequency[j] - 1) < PAIR
         out[near, k] = alike[near, k] / np.linalg.norm(alike[near, k])
     return out
-
-
-def _droop(body: Body, data: Channels) -> np.ndarray:
-    """(C,) how far the channels' places yield to the weight at 1 Pa, in their unit."""
-    return body.seen(data, (body.yielding @ data.take.gravity)[:, :, None])[0]

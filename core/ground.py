@@ -10,7 +10,7 @@ from .camera_layer import true_frequency
 from .channels import Channels
 from .compare import PITCH_FLOOR, SHAPE_FLOOR, Hypothesis, Measured, compare, rematched
 from .effects import split_modes
-from .elasticity import gravity_force, static
+from .elasticity import gravity_force
 from .joint import Heard
 from .law import TimeFit, replace
 from .match import PAIR
@@ -77,7 +77,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         offset = final.coefficients[:, final.law.own * final.law.conditions]
         sag = np.where(data.support, 0.0, offset - data.rest)
         pull = gravity_force(body.model, case.takes[0].gravity)
-        unit = body.seen(data, static(body.model, pull, 1.0)[:, :, None])[0]
+        unit = body.sag(data)
         length = np.ptp(body.model.points, axis=0).max()
         tilt = TILTED * np.abs(sag).max() / px_per_metre(data) / length
         shape_error = np.hypot(shape_error, tilt * size)  # it swings about where it hangs

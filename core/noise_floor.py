@@ -22,6 +22,7 @@ FEWEST = 3  # pieces of even samples, two of which, or a quarter, are without a 
 JUMPED = 0.7  # of the whole's estimate, rms: when such pieces are below it, time may have jumped
 EVEN = 1e-3  # of a step, that one between neighbours may be other than the usual one
 OVER = 0.3  # of them that the band must leave
+STILL = 1e-3  # of the same: a piece below it stands still
 FINE = 4  # points of a sequence per sample
 CLIP = 0.02  # of bins of pure noise, taken for motion
 CLIP_ONE = 0.01  # the same, in one channel
@@ -59,7 +60,7 @@ def _even_floor(even: np.ndarray) -> np.ndarray:
     # noise that falls as the motion dies has no quiet piece before a loud one
     loud = each > apart / JUMPED**2
     jumps = (loud & np.maximum.accumulate(~loud, axis=0)).any(axis=0)
-    jumps &= (apart > 0) & (apart < JUMPED**2 * whole)
+    jumps &= (apart > STILL**2 * whole) & (apart < JUMPED**2 * whole)
     return np.sqrt(np.where(jumps, apart, whole))
 
 

@@ -35,9 +35,9 @@ def second_hearing(
     if fewer is None or not _one_foretells_more(fewer.declared, verdict):
         return heard, verdict
     again = diagnose(fewer)
-    return (
-        _with_one_more(fewer, again, diagnose) if _is_better(again, verdict) else (heard, verdict)
-    )
+    if not _is_better(again, verdict):
+        return heard, verdict
+    return _with_one_more(fewer, again, diagnose)
 
 
 def _one_foretells_more(declared: TimeFit, verdict: Verdict) -> bool:
