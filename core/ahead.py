@@ -39,10 +39,18 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
     K, at = law.modes, 2 * law.modes * pitch
     lead = np.r_[p[at : at + 2 * K], np.zeros(2 * K), p[a + b :]]
     each = 1 + sum(widths(law))
-    head = law.own * law.conditions + each * model
     own = coefficients[:, law.own * condition : law.own * (condition + 1)]
-    known = np.hstack([own, coefficients[:, head : head + each]])
+    begin = law.own * law.conditions + each * model
+    known = np.hstack([own, coefficients[:, begin : begin + each]])
     swings, creeps, lines = _kinds(law)
+    heads = [
+        law.own * (law.conditions - 1) + each * n
+        for n, i in enumerate(law.fitted)
+        if law.pitch[i] == law.pitch[same[0]]
+    ]
+    for j in swings:  # each take stirs other modes: the one that shows this most says how it moves
+        seen = [coefficients[:, head + j : head + j + 2] for head in heads]
+        known[:, j : j + 2] = max(seen, key=lambda one: np.linalg.norm(one.T / take.sigma))
     first = p[a + 2 * K * model : a + 2 * K * (model + 1)]
     size = np.hypot(*first.reshape(2, -1)).max()
     alike, hung = pitch == law.pitch[law.fitted[0]], False  # whose body the ways are of
