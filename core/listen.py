@@ -9,10 +9,11 @@ from .data import RingDown, Take, poles, replace
 from .errors import RecordingError
 from .harmonic_inversion import invert
 from .match import DEAD
-from .noise_floor import noise_floor
+from .noise_floor import noise_floor, rounding_noise
 from .shutter import at_once
 from .side_by_side import meanwhile
 
+FINEST = 1e-3  # of the usual channel's noise: one that has less stands still, and tells nothing
 ROUNDED = 0.01  # of a frame that a written instant may be beside one
 ENOUGH = 12  # samples of a channel that an inversion needs
 FIRST = 3  # frames at most that have still seen the object held
@@ -35,7 +36,9 @@ def listen(take: Take, find_release) -> tuple[Channels, RingDown]:
     time = recording.time[inside]
     if inside.sum() < 12:
         free_motion(take, window, np.ones(values.shape[1]))
-    noise = np.maximum(noise_floor(time, values), 1e-12 * np.nanstd(values) + 1e-300)
+    noise = np.maximum(noise_floor(time, values), rounding_noise(values))
+    noise = np.maximum(noise, FINEST * np.median(noise[noise > 0])) if noise.any() else noise
+    noise = np.maximum(noise, 1e-12 * np.nanstd(values) + 1e-300)
     data = free_motion(take, window, noise)
     data, ring = _all_free(data)
     if not len(ring.frequency):

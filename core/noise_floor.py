@@ -23,6 +23,7 @@ JUMPED = 0.7  # of the whole's estimate, rms: when such pieces are below it, tim
 EVEN = 1e-3  # of a step, that one between neighbours may be other than the usual one
 OVER = 0.3  # of them that the band must leave
 STILL = 1e-3  # of the same: a piece below it stands still
+ROUNDED, WHOLE = 1e-12, 0.01  # of the largest number, that is none; of a step, that is a whole one
 FINE = 4  # points of a sequence per sample
 CLIP = 0.02  # of bins of pure noise, taken for motion
 CLIP_ONE = 0.01  # the same, in one channel
@@ -44,6 +45,24 @@ def noise_floor(time: np.ndarray, signals: np.ndarray) -> np.ndarray:
     for k, mask in enumerate(masks.T):  # channels with the same gaps share the band
         alike = kind.ravel() == k
         out[alike] = _patchy_floor(time[mask], signals[mask][:, alike], slepian)
+    return out
+
+
+def rounding_noise(signals: np.ndarray) -> np.ndarray:
+    """(C,) rms of what rounding has put into signals (T, C); nought where they are not rounded.
+
+    Written in whole steps, every sample is off by up to half of one: q / sqrt(12), as long as more
+    than a step moves (Bennett, Bell Syst. Tech. J. 27 (1948) 446). Where less does, the samples
+    stand still, and no spectrum shows it.
+    """
+    out = np.zeros(signals.shape[1])
+    for c, one in enumerate(signals.T):
+        steps = np.diff(np.unique(one[np.isfinite(one)]))
+        steps = steps[steps > ROUNDED * np.abs(one[np.isfinite(one)]).max(initial=0.0)]
+        if len(steps):
+            whole = steps / steps.min()
+            if (np.abs(whole - np.rint(whole)) < WHOLE).all():
+                out[c] = steps.min() / np.sqrt(12)
     return out
 
 

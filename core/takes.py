@@ -8,6 +8,7 @@ import numpy as np
 from .case_fields import suggestion
 from .data import Camera, Marker, Recording
 from .errors import CaseError
+from .glitches import without_glitches
 from .import_tracks import foreign, tracks_of
 from .tracks_csv import Tracks, read_tracks
 
@@ -66,15 +67,20 @@ def _from_tracks(fields: dict, where: str, scene: Scene) -> Recording:
             "time that the camera took."
         )
     time = np.arange(len(tracks.values)) / rate if tracks.time is None else tracks.time
+    values, jumps = without_glitches(time, tracks.values)
     recording = Recording(
         time,
-        tracks.values,
+        values,
         scene.markers,
         camera=scene.camera if flat else None,
         start=fields["start"],
         stop=fields["stop"],
         capture_fps=rate,
-        warnings=tracks.warnings + _clock_warning(path.name, tracks, rate),
+        warnings=(
+            *tracks.warnings,
+            *_clock_warning(path.name, tracks, rate),
+            *_jump_warning(path.name, names, jumps),
+        ),
     )
     _check_limits(recording, where)
     _check_astray(recording, path.name, scene.size)
@@ -137,6 +143,16 @@ def _clock_warning(name: str, tracks: Tracks, rate: float | None) -> tuple[str, 
         f"{name}: its column time runs at {found:.4g} frames per second, capture_fps says "
         f"{rate:g}. The column is believed.",
     )
+
+
+def _jump_warning(name: str, markers: tuple[str, ...], jumps: np.ndarray) -> tuple[str, ...]:
+    if not jumps.any():
+        return ()
+    whose = ", ".join(marker for marker, count in zip(markers, jumps, strict=True) if count)
+    count = jumps.sum()
+    samples = f"{count} samples jump" if count > 1 else "1 sample jumps"
+    gone = "They are" if count > 1 else "It is"
+    return (f"{name}: {samples} out of place for one frame ({whose}). {gone} left out.",)
 
 
 def _check_astray(recording: Recording, name: str, size: float) -> None:

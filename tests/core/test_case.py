@@ -197,6 +197,16 @@ def test_a_time_column_at_odds_with_the_capture_rate_is_warned_of(read):
     assert read(right).takes[0].recording.warnings == ()
 
 
+def test_a_sample_out_of_place_for_one_frame_is_left_out_with_a_warning(read):
+    lines = tracks().splitlines()
+    time, x, y, z = lines[21].split(",")
+    lines[21] = f"{time},{x},{y},{float(z) + 0.02}"
+    recording = read(CASE, "\n".join(lines)).takes[0].recording
+    assert np.isnan(recording.values[20]).all() and np.isnan(recording.values).sum() == 3
+    (warning,) = recording.warnings
+    assert "1 sample jumps" in warning and "tip" in warning and "left out" in warning
+
+
 @pytest.mark.skipif(not MEASURED.is_dir(), reason="the measured recordings are not here")
 @pytest.mark.parametrize("name", ["silicone_beam_gravity_a", "silicone_beam_load52_a"])
 def test_the_measured_cases_are_read_whole(name):

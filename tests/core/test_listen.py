@@ -40,6 +40,19 @@ def test_frames_that_saw_the_object_held_are_left_out_and_no_others(held):
         assert ring.damping_ratio[0] == pytest.approx(DAMPING_RATIO, rel=0.03)
 
 
+def test_a_marker_that_nobody_tracked_is_not_believed_beyond_the_others():
+    """Written as it rests, or rounded to where it stays: its last digit must outweigh no motion."""
+    take = held_then_free(0, 5)
+    values = take.recording.values.copy()
+    values[:, 2] = [0.2, 0.0, 0.1]
+    markers = (*take.recording.markers[:2], Marker("foot", (0.2, 0, 0.1), on="support"))
+    take = replace(take, recording=replace(take.recording, values=values, markers=markers))
+    free, _ = listen(take, lambda time, signals: (0.0, time[-1]))
+    usual = np.median(free.sigma[~free.support])
+    assert usual == pytest.approx(NOISE, rel=0.2)
+    assert (free.sigma[free.support] > 1e-4 * usual).all()
+
+
 def test_of_takes_that_are_refused_the_first_one_is_told(monkeypatch):
     """Whichever of them is heard first."""
     monkeypatch.setattr(joint, "side_by_side", lambda jobs: [job() for job in jobs[::-1]][::-1])
