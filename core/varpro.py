@@ -99,12 +99,14 @@ def fit(
 
     vector = start.vector
     m = len(start.omega)
-    low = np.zeros(len(vector))
+    low, high = np.zeros(len(vector)), np.full(len(vector), np.inf)
     low[m : 2 * m] = 1e-2 / max(t[-1], 1e-300)
+    fold = np.pi / np.median(np.diff(t))  # beyond it every pitch has a double that fits as well
+    high[m : 2 * m][start.omega < fold] = fold
     vector = np.maximum(vector, low)
     state = evaluate(vector)
     if len(vector):
-        vector, state = _levenberg_marquardt(evaluate, (vector, state), low, iterations)
+        vector, state = _levenberg_marquardt(evaluate, (vector, state), (low, high), iterations)
     return _fit_of(state, start.moved(vector), samples)
 
 
@@ -261,12 +263,13 @@ def _evaluate(samples: _Samples, poles: Poles, count, known) -> dict:
     }
 
 
-def _levenberg_marquardt(evaluate, start, low, iterations: int):
+def _levenberg_marquardt(evaluate, start, bounds, iterations: int):
     """Marquardt's scaling; a bound that the gradient pushes against is held."""
-    vector, state = start
+    (vector, state), (low, high) = start, bounds
     damping = 1e-3
     for _ in range(iterations):
         free = (vector > low) | (state["gradient"] < 0)
+        free &= (vector < high) | (state["gradient"] > 0)
         if not free.any():
             break
         hessian = state["information"][np.ix_(free, free)]
@@ -277,7 +280,7 @@ def _levenberg_marquardt(evaluate, start, low, iterations: int):
         step = np.zeros(len(vector))
         rhs = -state["gradient"][free] / scale
         step[free] = np.linalg.solve(scaled, rhs) / scale
-        trial = np.maximum(vector + step, low)
+        trial = np.clip(vector + step, low, high)
         tried = evaluate(trial) if np.isfinite(trial).all() else state | {"cost": np.inf}
         gain = state["cost"] - tried["cost"]
         if gain >= 0:

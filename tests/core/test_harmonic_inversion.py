@@ -342,6 +342,20 @@ def test_too_little_data_is_refused(time, signals, said):
         invert(time, signals)
 
 
+@pytest.mark.parametrize("seed", [62, 98, 106, 315])
+def test_no_step_of_a_fit_lands_beyond_half_the_frame_rate(seed):
+    """Every pitch has a double there that fits as well; a pitch that drifts makes long steps."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(200) / 100.0
+    pitch, drift = rng.uniform(3, 5), rng.uniform(-0.1, 0.1)
+    wave = np.exp(-0.3 * t) * np.cos(2 * np.pi * pitch * (t + drift * t**2 / 2))
+    values = wave[:, None] * rng.normal(size=(1, 3)) + 1e-3 * rng.normal(size=(200, 3))
+    begin = 2 * np.pi * pitch * np.array([rng.uniform(0.8, 1.2), rng.uniform(0.9, 1.5)])
+    start = varpro.Poles(np.array([0.3, 0.5]), begin, np.zeros(0))
+    found = varpro.fit(t, values, np.ones((200, 1)), start)
+    assert found.poles.omega.max() < 1.001 * np.pi * 100
+
+
 def test_what_swings_loudly_is_a_mode_though_its_pitch_jumps():
     """No sum of damped sinusoids is like it, yet half of it and more is one."""
     rng = np.random.default_rng(4)
