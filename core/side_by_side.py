@@ -7,6 +7,7 @@ process is done first must not matter.
 """
 
 import ctypes
+import gc
 import os
 import signal
 import sys
@@ -191,6 +192,7 @@ def _fork(work: Callable[[], object], known: Known) -> tuple[int, int]:
         _children.add(child)
         return child, reader
     status = 1
+    gc.disable()  # to look through all would copy it, and the child is soon gone
     try:
         os.close(reader)
         ctypes.CDLL(None).prctl(DEATH_SIGNAL, int(signal.SIGKILL), 0, 0, 0)

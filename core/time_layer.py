@@ -29,7 +29,7 @@ SAME = 0.99  # of a line's gain, with which a rub tells as much
 PROMISE = 8.0  # least gain in chi2 that a score test must see before an effect is fitted
 FEEBLE = 0.2  # the same over what a quiet fit leaves beyond noise
 SETTLED = 0.95  # share of the excess from which what comes later gets one start only
-FIRSTS, BESIDE = 10, 4  # names that are tried alone, and beside another one, at most
+BESIDE = 4  # names that are tried beside another effect, at most; alone all that promise enough
 AT_ONCE = 2  # the most promising effects, which race each other only and may settle the rest
 MANY = 24  # starts of a search that is made anew from everywhere
 MOSTLY = 0.6  # share that the best one must take, for which it is sought anew
@@ -113,7 +113,7 @@ def singles(start: TimeFit, against: TimeFit | None = None) -> tuple[list[Candid
     """The best candidate of every name that a score test promises something, best first; and the
     searches that are not worth their end as long as others tell more, with where they stand.
     """
-    chosen = _chosen(start, FIRSTS)
+    chosen = _chosen(start)
     best, left = {}, []
     for some in (chosen[:AT_ONCE], chosen[AT_ONCE:]):
         settled = any(c.share > SETTLED for c in best.values())
@@ -237,8 +237,8 @@ def _from_all(one: Try) -> Try:
     return replace(one, runners=len(strengths), horizons=(1.0,))
 
 
-def _chosen(start: TimeFit, most: int) -> list[Try]:
-    """Searches for the `most` names that a score test promises something, best first."""
+def _chosen(start: TimeFit, most: float = np.inf) -> list[Try]:
+    """Searches for the names that a score test promises something, `most` at most, best first."""
     names, out = set(), []
     raced_for = entries(start, [*TIME_EFFECTS, *read_off(start)])
     least = max([PROMISE, *(0.01 * one.promise.max() for one in raced_for[:1])])

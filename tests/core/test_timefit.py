@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core import foils
+from core import foils, time_layer
 from core.alone import add_second
 from core.baseline import _places, behind, build_law
 from core.channels import Channels
@@ -1071,3 +1071,16 @@ def test_what_creeps_after_a_release_from_the_other_side_creeps_the_other_way():
     found = raced(fit(law, p, evaluations=40), relaxation.EFFECT)
     left = (whole.values - found.predicted[1])[~whole.fit]
     assert np.sqrt(np.mean(left**2)) < 1.2 * NOISE
+
+
+def test_alone_every_effect_is_sought_that_promises_enough(monkeypatch):
+    """A score test is linear: where a pitch has slipped many swings the right one may be last."""
+    names = [f"effect {n}" for n in range(14)]
+    tries = [
+        SimpleNamespace(effect=SimpleNamespace(name=n, clock=False), promise=np.array([1e3]))
+        for n in names
+    ]
+    monkeypatch.setattr(time_layer, "entries", lambda start, effects: tries)
+    start = declared(channels(moved()))
+    assert [one.effect.name for one in time_layer._chosen(start)] == names
+    assert len(time_layer._chosen(start, time_layer.BESIDE)) == time_layer.BESIDE
