@@ -17,6 +17,7 @@ import time
 import tomllib
 import traceback
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -127,7 +128,8 @@ def run_all(wanted: list, jobs: int, path: Path | None) -> list:
     todo = [case for case in wanted if case not in kept]
     if jobs > 1:  # each has one core
         os.environ["RINGDOWN_ALONE"] = "1"
-    with ProcessPoolExecutor(jobs) as pool:
+    # each case in a process of its own, as a user has it: what others left behind costs time
+    with ProcessPoolExecutor(jobs, get_context("spawn"), max_tasks_per_child=1) as pool:
         waiting = [pool.submit(safely, *case) for case in todo]
         for n, done in enumerate(as_completed(waiting)):
             record = done.result()
