@@ -15,6 +15,7 @@ from .base import Effect, Parameter
 
 SLOWEST = 2.0  # times the record that the return may take: an offset, beyond
 LEAST = 1e-9  # of the pose that returns slowly
+ALONE, MOSTLY = 0.95, 0.6  # of the return that is one marker's, where less of the swing is
 SHORT = 0.5  # of its time that it was held before the release at least; who knows?
 
 
@@ -30,7 +31,27 @@ def starts(setting, residual):
 
 
 def veto(found):
+    if _of_one_marker(found):
+        return "one marker alone returns: it slides on the object"
     return unseen(found.theta[-1][0], found.law.setting)
+
+
+def _of_one_marker(found) -> bool:
+    """Whether nearly all of the return is one marker's, in every take, and the swing is not: a body
+    returns in the shape that it was held in.
+    """
+    law = found.law
+    count = max(int(law.takes[i].marker.max()) for i in law.fitted) + 1
+    returned, swung = np.zeros((2, count))
+    for take, index in enumerate(law.fitted):
+        data = law.takes[index]
+        weight = np.where(data.support, 0.0, data.sigma**-2.0)
+        back = found.column_shapes(take)[-1]
+        swing = found.motions[take].std(axis=0) @ np.abs(found.shapes_of(take))
+        returned += np.bincount(data.marker, weight * (back**2).sum(axis=1), count)
+        swung += np.bincount(data.marker, weight * swing**2, count)
+    one = int(np.argmax(returned))
+    return bool(returned[one] > ALONE * returned.sum() and swung[one] < MOSTLY * swung.sum())
 
 
 def unseen(theta, setting) -> str:

@@ -1084,3 +1084,19 @@ def test_alone_every_effect_is_sought_that_promises_enough(monkeypatch):
     start = declared(channels(moved()))
     assert [one.effect.name for one in time_layer._chosen(start)] == names
     assert len(time_layer._chosen(start, time_layer.BESIDE)) == time_layer.BESIDE
+
+
+@pytest.mark.parametrize("slides", [True, False])
+def test_what_one_marker_does_alone_is_no_return_of_the_body(slides):
+    """A body returns in the shape that it was held in, a marker by itself where it slides."""
+    shape = np.eye(4)[2] if slides else SHAPE
+    back = 0.1 * AMPLITUDE * np.outer(np.exp(-TIME / 1.5), shape)
+    found = raced(declared(channels(moved() + back)), relaxation.EFFECT)
+    assert found.chi2 < 1.2 * found.samples
+    assert bool(vetoed(found)) == slides
+
+
+def test_a_force_whose_strength_may_be_nought_is_none():
+    start = declared(channels(moved()))
+    law, p = extend(start, (asymmetric_stiffness.EFFECT,), [(0.05, 1.0)])
+    assert vetoed(fit(law, p, evaluations=20))
