@@ -15,13 +15,11 @@ from .alone import add_second
 from .by_two import by_two, unless_it_weakens
 from .damping import find_damping, is_needless
 from .decidable import undecidable
-from .effects.further_mode import is_further, ran_off
 from .exchange import exchanged_alone
 from .foils import is_broken, weakens
 from .forgotten import more_modes
 from .law import TimeFit
 from .ready import to_their_end, widened
-from .refit import without
 from .residual import NOISY, QUIET, excess, strays
 from .side_by_side import in_step_by_parts
 from .sufficiency import (
@@ -99,28 +97,7 @@ def _is_noise(declared: TimeFit) -> bool:
 
 
 def _told(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
-    verdict = _diagnose(declared, widen, start)
-    plain = _with_its_modes(declared, verdict)
-    if plain is not None:  # the body's own modes were missing, and no effect
-        verdict = _diagnose(plain, widen, plain)
-    return _if_all_told(_sharpened(verdict))
-
-
-def _with_its_modes(declared: TimeFit, verdict: Verdict) -> TimeFit | None:
-    """The declared fit with the further modes that what was found has laid bare, where these tell
-    as much without it; None elsewhere.
-    """
-    found = verdict.final
-    more = sum(map(is_further, found.law.effects)) - sum(map(is_further, declared.law.effects))
-    if not verdict.effects or more < 1:
-        return None
-    plain = found
-    for name in verdict.names:
-        at = [e.name for e in plain.law.effects].index(name)
-        plain = without(plain, at)
-    if ran_off(plain) or judge((), found, plain).evidence > EVIDENCE:
-        return None
-    return plain if judge((), plain, declared).evidence > EVIDENCE else None
+    return _if_all_told(_sharpened(_diagnose(declared, widen, start)))
 
 
 def _if_all_told(verdict: Verdict) -> Verdict:

@@ -8,7 +8,6 @@ import pytest
 
 from core.all_told import _mimics, cleared, modes_of, tells_all
 from core.data import poles
-from core.diagnosis import _with_its_modes
 from core.effects import large_amplitude, lost_frames
 from core.effects.further_mode import further_mode, pitch_of
 from core.further import _staying
@@ -19,9 +18,7 @@ from core.match import mac
 from core.refit import LESS, lighter
 from core.residual import errors, noise_share
 from core.shutter import overtone
-from core.time_layer import judge
 from core.timefit import extend, fit
-from core.verdict import Verdict
 from tests.core.test_simulate import AMPLITUDE
 from tests.core.test_timefit import (
     NOISE,
@@ -276,21 +273,3 @@ def test_a_mode_that_one_take_shows_is_foretold_of_another_as_it_moves_there():
     law, p = extend(found, (further_mode(2.5 * FIRST, 0.03),), [(0.0, 0.03)], 0)
     found = fit(law, p, evaluations=20)
     assert errors(found).held_out < 1.2 * noise_share(found.law.takes, True)
-
-
-@pytest.mark.parametrize("bends", [False, True])
-def test_an_effect_that_only_laid_a_mode_bare_is_none(bends):
-    """Without it the modes tell as much; where it bends the pitch they do not."""
-    values = moved(Backbone(0.05, 0.0)) if bends else moved()
-    without = declared(channels(values + 0.3 * AMPLITUDE * np.outer(ringing(2.5), OTHER)))
-    law, p = extend(
-        without,
-        (further_mode(2.5 * FIRST, 0.03), large_amplitude.EFFECT),
-        [(0.0, 0.03), large_amplitude.EFFECT.starts(None, None)[0]],
-    )
-    found = fit(law, p, evaluations=40)
-    candidate = judge(("large_amplitude",), found, without)
-    chain = ((None, without), ("large_amplitude", found))
-    plain = _with_its_modes(without, Verdict("explained", chain, (candidate,), ((),), (), ()))
-    assert (plain is None) == bends
-    assert bends or [e.name for e in plain.law.effects] == [law.effects[0].name]
