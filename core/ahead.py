@@ -20,11 +20,12 @@ WIDE = 3.0  # times what it was in the fitted take, that the start of what rings
 def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.ndarray:
     """(T, C) of a whole held-out take: all is known but its start, fitted where `fit` says.
 
-    Its offsets are those of the first fitted take of its condition. Where there is none, pitches,
-    shapes and offsets are those of the first fitted take of all, changed as the body says. Fitted
-    are place and speed of every mode, those of what sounds as one with it and of further modes
-    included, and the phase of what drives it. A creep goes with how far the object was held. What
-    an effect reads off the take is known.
+    Its offsets are those of the first fitted take of its condition, the shapes of further modes
+    those of the take that shows each most. Where there is none, pitches, shapes and offsets are
+    those of the first fitted take of all, changed as the body says. Fitted are place and speed of
+    every mode, those of what sounds as one with it and of further modes included, and the phase of
+    what drives it. A creep goes with how far the object was held. What an effect reads off the take
+    is known.
     """
     condition, pitch, other = law.condition[index], law.pitch[index], None
     same = [i for i in law.fitted if law.condition[i] == condition]
@@ -43,14 +44,8 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
     begin = law.own * law.conditions + each * model
     known = np.hstack([own, coefficients[:, begin : begin + each]])
     swings, creeps, lines = _kinds(law)
-    heads = [
-        law.own * (law.conditions - 1) + each * n
-        for n, i in enumerate(law.fitted)
-        if law.pitch[i] == law.pitch[same[0]]
-    ]
-    for j in swings:  # each take stirs other modes: the one that shows this most says how it moves
-        seen = [coefficients[:, head + j : head + j + 2] for head in heads]
-        known[:, j : j + 2] = max(seen, key=lambda one: np.linalg.norm(one.T / take.sigma))
+    for j in swings:
+        known[:, j : j + 2] = _most_shown(law, coefficients, j, pitch, ~take.support)
     first = p[a + 2 * K * model : a + 2 * K * (model + 1)]
     size = np.hypot(*first.reshape(2, -1)).max()
     alike, hung = pitch == law.pitch[law.fitted[0]], False  # whose body the ways are of
@@ -96,6 +91,21 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
     steps = np.full(2 * K + 2 * across.count, law.setting.amplitude)
     steps = 1e-4 * np.r_[steps, np.ones(2 * len([*swings, *lines]))]
     return _started(guess, data, steps) + given
+
+
+def _most_shown(law: Law, coefficients: np.ndarray, column: int, pitch: int, on) -> np.ndarray:
+    """(C, 2) a free swing's columns, the first one `column` in a take's, in that take of a body's
+    `pitch` which shows it most on the channels `on` (C,): each release stirs other modes, and where
+    one is not stirred its shape is noise.
+    """
+    each, seen = 1 + sum(widths(law)), []
+    for n, i in enumerate(law.fitted):
+        if law.pitch[i] == pitch:
+            at = law.own * (law.conditions - 1) + each * n + column
+            loud = np.linalg.norm(coefficients[on, at : at + 2].T / law.takes[i].sigma[on])
+            seen.append((loud, at))
+    at = max(seen)[1]
+    return coefficients[:, at : at + 2]
 
 
 def _changed(shapes: np.ndarray, other: Elsewhere, sag: np.ndarray | None):

@@ -49,7 +49,8 @@ def _jumped(t: np.ndarray, x: np.ndarray) -> np.ndarray:
     longest = _nearby(step, _long)
     # where one of them is not known, none of these is true
     both = ((x - before) * (x - after) > 0) & (np.abs(before - after) < APART * jump)
-    each = np.minimum(np.abs(x - before), np.abs(x - after)) > (1 - APART) * jump
+    near, far = np.sort(np.abs([x - before, x - after]), axis=0)
+    each = (near > (1 - APART) * jump) & (far < (1 + APART) * jump)  # all three say the same
     return both & each & (jump > FAR * usual) & (jump > FASTER * longest)
 
 

@@ -23,6 +23,7 @@ JUMPED = 0.7  # of the whole's estimate, rms: when such pieces are below it, tim
 EVEN = 1e-3  # of a step, that one between neighbours may be other than the usual one
 OVER = 0.3  # of them that the band must leave
 STILL = 1e-3  # of the same: a piece below it stands still
+FEW = 3  # steps that must all be whole ones
 ROUNDED, WHOLE = 1e-12, 0.01  # of the largest number, that is none; of a step, that is a whole one
 FINE = 4  # points of a sequence per sample
 CLIP = 0.02  # of bins of pure noise, taken for motion
@@ -59,7 +60,7 @@ def rounding_noise(signals: np.ndarray) -> np.ndarray:
     for c, one in enumerate(signals.T):
         steps = np.diff(np.unique(one[np.isfinite(one)]))
         steps = steps[steps > ROUNDED * np.abs(one[np.isfinite(one)]).max(initial=0.0)]
-        if len(steps):
+        if len(steps) >= FEW:
             whole = steps / steps.min()
             if (np.abs(whole - np.rint(whole)) < WHOLE).all():
                 out[c] = steps.min() / np.sqrt(12)

@@ -101,8 +101,8 @@ def fit(
     m = len(start.omega)
     low, high = np.zeros(len(vector)), np.full(len(vector), np.inf)
     low[m : 2 * m] = 1e-2 / max(t[-1], 1e-300)
-    fold = np.pi / np.median(np.diff(t))  # beyond it every pitch has a double that fits as well
-    high[m : 2 * m][start.omega < fold] = fold
+    fold = np.pi / np.diff(t).min(initial=np.inf)  # beyond it a pitch may have a double
+    high[m : 2 * m][start.omega < fold] = max(fold, low[m : 2 * m].max(initial=0.0))
     vector = np.maximum(vector, low)
     state = evaluate(vector)
     if len(vector):

@@ -23,7 +23,6 @@ from .base import KNOWN, Effect, Family, Parameter, reduced_basis
 
 PLACES = 60  # on the surface, far apart
 STARTS = 2  # of them, the best ones, around which it is looked for again
-PINNED = 0.01  # of the most that any place moves, in all modes
 NEAR = 8  # places around one, where it is
 MIDWAY = 3  # lumps there whose mass is looked for between the steps of a grid
 OUTER = 0.6  # of how far off it is looked for: where it is farther, it is looked for so once more
@@ -55,10 +54,8 @@ def families(body, solve):
     sizes = np.log(np.geomspace(2e-3, 2.0, 8))
     at, _, areas = surface_quadrature(body.model)
     on, reach = (at @ body.model.points.ravel()).reshape(-1, 3), np.sqrt(areas.sum() / PLACES)
-    bearer = Bearer.of(body)
-    moves = np.linalg.norm((at @ bearer.modes).reshape(len(on), -1), axis=1)
-    on = on[moves > PINNED * moves.max()]  # what sits where nothing moves is never shown
-    return (_family(bearer, Search(_spread(on, PLACES), sizes, GIVES[:1], SITS[:1], reach)),)
+    search = Search(_spread(on, PLACES), sizes, GIVES[:1], SITS[:1], reach)
+    return (_family(Bearer.of(body), search),)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ Source      Nayfeh and Mook, Nonlinear Oscillations (1979), 2.3.1 (quadratic), c
 import numpy as np
 
 from . import perspective
-from .base import Effect, Parameter, too_faint
+from .base import Effect, Parameter
 
 
 def force(theta, setting):
@@ -37,6 +37,5 @@ EFFECT = Effect(
     force=force,
     scales=True,
     report=report,
-    veto=too_faint,
     rival=perspective.instead,
 )

@@ -37,21 +37,26 @@ def veto(found):
 
 
 def _of_one_marker(found) -> bool:
-    """Whether nearly all of the return is one marker's, in every take, and the swing is not: a body
-    returns in the shape that it was held in.
+    """Whether nearly all of the return, in all takes together, is one marker's, and neither the
+    swing nor the pose at the release is: a body returns in the shape that it was held in.
     """
     law = found.law
     count = max(int(law.takes[i].marker.max()) for i in law.fitted) + 1
-    returned, swung = np.zeros((2, count))
+    returned, swung, held = np.zeros((3, count))
     for take, index in enumerate(law.fitted):
         data = law.takes[index]
         weight = np.where(data.support, 0.0, data.sigma**-2.0)
-        back = found.column_shapes(take)[-1]
-        swing = found.motions[take].std(axis=0) @ np.abs(found.shapes_of(take))
-        returned += np.bincount(data.marker, weight * (back**2).sum(axis=1), count)
-        swung += np.bincount(data.marker, weight * swing**2, count)
+        shapes, motion = found.shapes_of(take), found.motions[take]
+        back = (found.column_shapes(take)[-1] ** 2).sum(axis=1)
+        for total, square in (
+            (returned, back),
+            (swung, (motion.std(axis=0) @ np.abs(shapes)) ** 2),
+            (held, (motion[0] @ shapes) ** 2),
+        ):
+            total += np.bincount(data.marker, weight * square, count)
     one = int(np.argmax(returned))
-    return bool(returned[one] > ALONE * returned.sum() and swung[one] < MOSTLY * swung.sum())
+    alone = returned[one] > ALONE * returned.sum()
+    return bool(alone and all(t[one] < MOSTLY * t.sum() for t in (swung, held)))
 
 
 def unseen(theta, setting) -> str:

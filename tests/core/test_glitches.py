@@ -38,11 +38,21 @@ def test_noise_alone_is_no_jump():
 
 
 def test_gaps_and_uneven_instants_are_no_jumps():
-    t, values, rng = _swing(3)
+    rng = np.random.default_rng(3)
+    t = (np.arange(360) + rng.uniform(-0.3, 0.3, 360)) / RATE
+    wave = np.exp(-t) * np.cos(2 * np.pi * 12 * t)
+    values = 8e-3 * wave[:, None, None] * rng.normal(size=(2, 3))
+    values += rng.normal(0, 1e-6, values.shape)
     values[rng.integers(0, 340, 8)[:, None] + np.arange(12), 1] = np.nan
-    t = t + rng.uniform(-0.25, 0.25, len(t)) / RATE
-    values[:, 0, 0] = np.cos(2 * np.pi * 5 * t) * np.exp(-t) * 8e-3
-    assert without_glitches(t, values[:, :2])[1][0] == 0
+    assert without_glitches(t, values)[1].sum() == 0
+
+
+def test_a_brief_knock_is_no_jump():
+    t, values, _ = _swing(6, noise=1e-4)
+    values[:, 0, 0] = 1e-4 * np.random.default_rng(2).normal(size=len(t))
+    for width, frame in ((1.5, 60.3), (2.0, 130.1), (2.0, 200.4), (2.5, 280.2)):
+        values[:, 0, 0] += 0.05 * np.exp(-(((np.arange(len(t)) - frame) / width) ** 2))
+    assert without_glitches(t, values)[1].sum() == 0
 
 
 def test_a_stop_is_no_jump():
@@ -69,3 +79,5 @@ def test_rounding_is_no_jump_and_makes_noise():
     assert np.allclose(told, step / np.sqrt(12))
     assert np.abs(off.mean() / told.mean() - 1) < 0.15
     assert not rounding_noise(values.reshape(len(t), -1)).any()
+    still = np.r_[np.full(299, 0.2), 0.25, np.full(60, 0.2)]  # knocked once, not rounded
+    assert not rounding_noise(still[:, None]).any()

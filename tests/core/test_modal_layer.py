@@ -168,17 +168,6 @@ def test_a_lump_is_found_where_it_sits_however_it_does(place, sits):
     assert found.hypothesis.modulus == pytest.approx(young, rel=0.02)
 
 
-def test_no_mass_is_sought_where_the_body_is_held(body):
-    """There any mass does as well as none."""
-    one = SimpleNamespace(
-        model=body.model, modes=body.modes, bare=body.model,
-        case=SimpleNamespace(takes=[SimpleNamespace(gravity=None)]),
-    )  # fmt: skip
-    (family,) = added_mass.families(one, None)
-    places = np.array([family.report(theta, 1.0)["position"] for theta in family.grid])
-    assert len(np.unique(places, axis=0)) == added_mass.PLACES and places[:, 0].min() > 1e-4
-
-
 def test_a_solve_begun_near_the_modes_ends_nearer(body):
     shapes = body.modes.shapes.reshape(-1, 16)[:, :8]
     changed = poisson_ratio.change_model(body.model, (0.48,))

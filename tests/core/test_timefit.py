@@ -1094,9 +1094,3 @@ def test_what_one_marker_does_alone_is_no_return_of_the_body(slides):
     found = raced(declared(channels(moved() + back)), relaxation.EFFECT)
     assert found.chi2 < 1.2 * found.samples
     assert bool(vetoed(found)) == slides
-
-
-def test_a_force_whose_strength_may_be_nought_is_none():
-    start = declared(channels(moved()))
-    law, p = extend(start, (asymmetric_stiffness.EFFECT,), [(0.05, 1.0)])
-    assert vetoed(fit(law, p, evaluations=20))
