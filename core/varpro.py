@@ -102,7 +102,7 @@ def fit(
     low, high = np.zeros(len(vector)), np.full(len(vector), np.inf)
     low[m : 2 * m] = 1e-2 / max(t[-1], 1e-300)
     fold = np.pi / np.diff(t).min(initial=np.inf)  # beyond it a pitch may have a double
-    high[m : 2 * m][start.omega < fold] = max(fold, low[m : 2 * m].max(initial=0.0))
+    high[m : 2 * m][start.omega < fold] = fold
     vector = np.maximum(vector, low)
     state = evaluate(vector)
     if len(vector):
@@ -264,12 +264,13 @@ def _evaluate(samples: _Samples, poles: Poles, count, known) -> dict:
 
 
 def _levenberg_marquardt(evaluate, start, bounds, iterations: int):
-    """Marquardt's scaling; a bound that the gradient pushes against is held."""
+    """Marquardt's scaling; a low bound that the gradient pushes against is held, and a step to a
+    high one is too long.
+    """
     (vector, state), (low, high) = start, bounds
     damping = 1e-3
     for _ in range(iterations):
         free = (vector > low) | (state["gradient"] < 0)
-        free &= (vector < high) | (state["gradient"] > 0)
         if not free.any():
             break
         hessian = state["information"][np.ix_(free, free)]
@@ -280,8 +281,8 @@ def _levenberg_marquardt(evaluate, start, bounds, iterations: int):
         step = np.zeros(len(vector))
         rhs = -state["gradient"][free] / scale
         step[free] = np.linalg.solve(scaled, rhs) / scale
-        trial = np.clip(vector + step, low, high)
-        tried = evaluate(trial) if np.isfinite(trial).all() else state | {"cost": np.inf}
+        trial = np.maximum(vector + step, low)
+        tried = evaluate(trial) if (trial < high).all() else state | {"cost": np.inf}
         gain = state["cost"] - tried["cost"]
         if gain >= 0:
             small = np.max(np.abs(trial - vector)[free] * scale) < STEP
