@@ -31,9 +31,10 @@ def starts(setting, residual):
 
 
 def veto(found):
-    if _of_one_marker(found):
+    why = unseen(found.theta[-1][0], found.law.setting)
+    if not why and _of_one_marker(found):
         return "one marker alone returns: it slides on the object"
-    return unseen(found.theta[-1][0], found.law.setting)
+    return why
 
 
 def _of_one_marker(found) -> bool:

@@ -193,8 +193,7 @@ def test_jumps_that_cancel_are_none():
 def test_a_return_slower_than_the_record_is_one_until_it_is_no_more_than_an_offset(times, is_one):
     plain = setting()
     theta = [np.log(times * plain.duration)]
-    found = SimpleNamespace(theta=[np.array([theta])], law=SimpleNamespace(setting=plain))
-    assert (relaxation.EFFECT.veto(found) == "") is is_one
+    assert (relaxation.unseen(np.array(theta), plain) == "") is is_one
 
 
 def test_a_marker_wanders_in_parts_no_shorter_than_a_swing():
