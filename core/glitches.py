@@ -71,9 +71,8 @@ def _where(t: np.ndarray, x: np.ndarray, near: tuple[int, ...]) -> np.ndarray:
 def _long(steps: np.ndarray, axis: int) -> np.ndarray:
     """The step than which so many of those that are known are shorter, along an axis."""
     known = np.isfinite(steps).sum(axis=axis, keepdims=True)
-    return np.take_along_axis(np.sort(steps, axis=axis), (LONG * known).astype(int), axis).squeeze(
-        axis
-    )
+    at = (LONG * known).astype(int)
+    return np.take_along_axis(np.sort(steps, axis=axis), at, axis).squeeze(axis)
 
 
 def _nearby(one: np.ndarray, how) -> np.ndarray:
