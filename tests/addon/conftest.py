@@ -14,6 +14,7 @@ HOME = tempfile.mkdtemp(prefix="ringdown_test_")
 os.environ["BLENDER_USER_RESOURCES"] = HOME  # read once, when bpy is imported
 
 bpy = pytest.importorskip("bpy")
+from tests import seeded_tetwild  # noqa: E402
 from tests.addon.driven import FAKE  # noqa: E402  (it imports bpy)
 
 NAME = "bl_ext.user_default.ringdown"
@@ -27,6 +28,8 @@ def extension():
         (folder / "ringdown").symlink_to(ROOT, target_is_directory=True)
     bpy.ops.preferences.addon_enable(module=NAME)
     assert NAME in bpy.context.preferences.addons
+    # the extension has a `core` of its own
+    seeded_tetwild.use(importlib.import_module(f"{NAME}.core.tetwild").run_tetwild)
     yield
     bpy.ops.preferences.addon_disable(module=NAME)  # a class left behind hangs 4.5 at exit
 

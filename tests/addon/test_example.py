@@ -31,13 +31,18 @@ def numbers(report):
     return {key: value for key, value in report.items() if key not in ("seconds", "case")}
 
 
-def alike(value):
-    """Equal but for the last digits of sums, which depend on where an array lies in memory."""
+def alike(value, rel=1e-6, floor=1e-9):
+    """Equal but for the last digits of sums, which depend on where an array lies in memory.
+
+    What was tried and rejected fits badly, and its fit ends somewhere on a flat slope: a change of
+    the tracks by 1e-12 moved errors of such by 1e-4 on one mesh of seven.
+    """
     if isinstance(value, dict):
-        return {key: alike(one) for key, one in value.items()}
+        loose = {"ranking": (1e-2, 1e-3)}  # the accepted one is found among `effects` as well
+        return {key: alike(one, *loose.get(key, (rel, floor))) for key, one in value.items()}
     if isinstance(value, list):
-        return [alike(one) for one in value]
-    return pytest.approx(value, rel=1e-6, abs=1e-9) if isinstance(value, float) else value
+        return [alike(one, rel, floor) for one in value]
+    return pytest.approx(value, rel=rel, abs=floor) if isinstance(value, float) else value
 
 
 @pytest.fixture(scope="module")
