@@ -14,14 +14,14 @@ from .aliases import FOLDED
 from .body import Body, bare_model, build_body, laden
 from .camera_layer import true_frequency, unfold
 from .case import read_case
-from .dac import apparent, material
 from .data import Case, ElasticModel, Motion, TetMesh, replace
 from .diagnosis import diagnose
-from .effects import mesh_stiffening, split_modes
+from .effects import mesh_stiffening
 from .examine import examine
 from .findings import Findings
 from .joint import Heard, hear, laid_bare
 from .law import TimeFit
+from .modulus import young as told_young
 from .near_camera import as_seen_nearby
 from .play import motion
 from .rehear import second_hearing
@@ -31,8 +31,6 @@ from .side_by_side import meanwhile
 from .signatures import budget
 from .stiffening import converged_eigenvalues, moved, stiffening
 from .tell import (
-    each_modulus,
-    inflation,
     told_claim,
     told_diagnosis,
     told_error,
@@ -42,7 +40,6 @@ from .tell import (
     told_without,
 )
 from .tets import kept_or_cut, key, save_tets
-from .twins import twins_span
 from .verdict import Verdict
 from .weight import carries_weight, with_weight
 
@@ -168,32 +165,9 @@ def _stiffening(mesh: TetMesh, body: Body) -> tuple[np.ndarray, np.ndarray]:
 def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dict:
     final = verdict.final
     stiff, sigma, element = solved
-    k = int(np.argmax(final.swings))
-    j = heard.match.modes[k] if heard.match.modes[k] is not None else 0
     true = true_frequency(heard, final)
-    spread = final.frequency[k] * np.sqrt(final.covariance[k, k] * inflation(final))
-    mesh_frequency = heard.body.modes.frequency[j]
-    stiffer = np.sqrt(findings.stiffer)  # what a viscoelastic branch adds while it swings
-    pitch = true[k]
-    if k == final.law.setting.pair:
-        pitch = pitch * split_modes.middle(final)
-        spread = np.hypot(spread, pitch * split_modes.doubt(final))
-    found = apparent(pitch / stiffer, spread / stiffer, findings.mesh_frequency(mesh_frequency, j))
-    span = twins_span(verdict, k, partial(true_frequency, heard))
-    less, more = np.multiply(findings.modulus_span(j), span)
-    low = found.low * less * findings.stiffer / findings.stiffest
-    found = replace(found, low=low, high=found.high * more)
-
-    def computed_pitch(j: int) -> float:
-        own = findings.mesh_frequency(heard.body.modes.frequency[j], j)
-        return float(own * np.sqrt(found.value * findings.stiffer))
-
-    first = verdict.chain[0][1]
-    bare = apparent(true_frequency(heard, first)[k], 0.0, mesh_frequency)
-    if findings.doubtful:  # any mode's own may be as right
-        alone = [found.low, found.high, *each_modulus(heard, final, true / stiffer)]
-        found = replace(found, low=min(alone), high=max(alone))
-    real = material(found, stiff[j], sigma[j])
+    young = told_young(heard, verdict, findings, stiff, sigma)
+    first, loudest = verdict.chain[0][1], int(np.argmax(final.swings))
     told = told_diagnosis(
         heard,
         verdict,
@@ -209,8 +183,8 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
     )
     without = told_without(
         [effect["name"] for effect in told["effects"]],
-        (material(bare, stiff[j], sigma[j]).value, real.value),
-        (first.damping_ratio[k], final.damping_ratio[k]),
+        (young.without, young.material.value),
+        (first.damping_ratio[loudest], final.damping_ratio[loudest]),
     )
     return {
         "case": case.name,
@@ -222,8 +196,8 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
             "element": element,
             "stiffening": float(stiff[0]),
         },
-        "youngs_modulus": told_modulus(found, real),
-        "modes": told_modes(heard, final, computed_pitch, true),
+        "youngs_modulus": told_modulus(young.apparent, young.material),
+        "modes": told_modes(heard, final, young.pitches, true),
         "error": told_error(
             verdict,
             findings.before,
@@ -236,7 +210,7 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
             *findings.warnings,
             *_foretold_elsewhere(final),
             *filter(None, [told_sizes(final) if findings.verdict == "unexplained" else ""]),
-            *filter(None, [without, told_claim(case.claimed_youngs_modulus, real)]),
+            *filter(None, [without, told_claim(case.claimed_youngs_modulus, young.material)]),
             *filter(None, [mesh_stiffening.told(stiff, heard.match.modes, true)]),
         ],
     }

@@ -13,7 +13,7 @@ from .law import Law, TimeFit
 from .match import Match, align, is_driven, likeness, mac, select, turning
 from .residual import NOISY, QUIET
 from .shutter import at_once
-from .timefit import as_it_stands, fit
+from .timefit import as_it_stands, fit, resized
 from .unheard import neighbours
 
 STRAY = 0.15  # of its pitch that a mode may move when all are fitted together
@@ -22,6 +22,7 @@ ONE = 0.1  # of its damping ratio, from the pitch that a weak mode ran into
 NEARER = 5.0  # times as far it was heard from there
 MUCH = 0.3  # damping ratio beyond which it has run off, unless it was heard so
 AS_ONE = 0.03  # relative distance of two computed pitches that may sound as one
+OFF = 0.05  # of its size in the body, from which a linear mode was left at a wrong one
 OWN = 0.7  # MAC with its computed shape from which a mode beside the strongest is one
 
 
@@ -71,6 +72,7 @@ def settle(
         ways = _ways(first, computed, seen)
         law = replace(law, turning=turns_too, ways=ways, damping="free", tied=tied)
         found = _once_more(fit(law, start, evaluations=60), start)
+        found = resized(found) if (found.sizes_off > OFF).any() else found
         strayed = astray(found, chosen[0].frequency, chosen[0].damping_ratio, loud, aside)
         if not strayed.any():
             return found, turns, matches

@@ -1,7 +1,5 @@
 """Everything that was found, as the report of the contract."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from .advice import advise
@@ -17,15 +15,13 @@ from .residual import Error, errors, noise_share
 from .sufficiency import bends_the_body, loud
 from .verdict import Verdict, probabilities
 
-CLEARLY = 0.8  # MAC from which a shape is clearly a computed one's
-
 
 def told_modes(
-    heard: Heard, found: TimeFit, computed_pitch: Callable, true: np.ndarray
+    heard: Heard, found: TimeFit, computed_pitch: np.ndarray, true: np.ndarray
 ) -> list[dict]:
     """The report's modes, strongest first.
 
-    computed_pitch(j) -> Hz of computed mode j as the body is found to be. `true` (K,) Hz: the
+    computed_pitch (m,) Hz: of the computed modes, as the body is found to be. `true` (K,) Hz: the
     measured pitches, unfolded where the frame rate folded them.
     """
     K = found.law.modes
@@ -47,23 +43,10 @@ def told_modes(
                 "natural_frequency_hz": estimate(f, f - spread[0], f + spread[0]),
                 "damping_ratio": estimate(z, max(z - spread[1], 0.0), z + spread[1]),
                 "amplitude_m": size[k],
-                "model_frequency_hz": None if j is None else computed_pitch(j),
+                "model_frequency_hz": None if j is None else float(computed_pitch[j]),
                 "mac": None if mac is None else float(np.clip(mac, 0, 1)),
             }
         )
-    return out
-
-
-def each_modulus(heard: Heard, found: TimeFit, true: np.ndarray) -> list[float]:
-    """Pa, of the declared body by the pitch of each mode alone whose shape is clearly a computed
-    one's; `true` (K,) Hz, its pitches as the modulus that is told makes them.
-    """
-    body = heard.body
-    seen = body.seen(found.law.takes[found.law.fitted[0]])
-    out = []
-    for k, j in enumerate(heard.match.modes):
-        if j is not None and likeness(found.shapes[k], seen, body.modes.frequency, j) > CLEARLY:
-            out.append(float((true[k] / body.modes.frequency[j]) ** 2))
     return out
 
 

@@ -25,6 +25,7 @@ FLAT = 2  # refused steps that lost no more than a last look gains, after which 
 LAGS = 1.5  # of the best walk's misfit: one that is more off does not catch up
 MANY = 4  # marched searches that are worth two processes
 MUCH = 5e5  # samples, times numbers searched from all starts: a tenth of a second or more
+FAINT = 0.01  # of its size, that a start may give a shape, and one over the most
 SAME = 0.0005  # of what its parameters may be: nearer the best walk, one is where that is
 
 
@@ -113,10 +114,21 @@ def as_it_stands(law: Law, p: np.ndarray) -> TimeFit:
     return conclude(law, p, jacobian)
 
 
-def _gauged(law: Law, P: np.ndarray) -> np.ndarray:
+def resized(found: TimeFit) -> TimeFit:
+    """A fit without effects with every shape as large as in the body, however far it was from it.
+
+    A search that began at a wrong size, or on the other side of nought, may have left for ever
+    larger swings of ever smaller shapes: to a linear motion all of these are the same.
+    """
+    start = _gauged(found.law, found.parameters[None], FAINT**3)[0]
+    return min(found, fit(found.law, start), key=lambda one: one.chi2)
+
+
+def _gauged(law: Law, P: np.ndarray, least: float = FAINT) -> np.ndarray:
     """P (B, p) with every start scaled so that its shape is one at the reference again.
 
-    A new effect turns shapes; the scale follows at once here, and only slowly in the search.
+    A new effect turns shapes; the scale follows at once here, and only slowly in the search. One
+    that is nearly gone may be so because the start is wrong, and is left as it is.
     """
     coefficients = solve(law, P).coefficients
     a, _, _ = law.sizes()
@@ -125,7 +137,7 @@ def _gauged(law: Law, P: np.ndarray) -> np.ndarray:
         at = law.own * law.condition[index]
         own = coefficients[:, :, at : at + K]
         scale = np.einsum("kc,bck->bk", law.gauge(law.condition[index]), own)
-        scale = np.where((np.abs(scale) > 0.01) & (np.abs(scale) < 100), scale, 1.0)
+        scale = np.where((np.abs(scale) > least) & (np.abs(scale) < 1 / least), scale, 1.0)
         P[:, a + 2 * K * take :][:, : 2 * K] *= np.tile(scale, 2)
     return P
 

@@ -1,6 +1,8 @@
 """A body that is declared to be stiffened or softened by its own weight: with which modulus.
 
-Law         w^2 = Y k + g, k the elastic and g the weight's stiffness in a mode's shape
+Law         w^2 = Y k + g, k the elastic and g the weight's stiffness in a mode's shape. What a
+            pitch or the mesh is off by moves Y the more the less of the stiffness is elastic, so
+            all modes tell Y together, each by the square of its elastic share q = Y k / w^2
 Source      Rayleigh, The Theory of Sound, vol. 1, 88: a shape that is a little off is off in the
             second order, so that the modulus converges with the shape
 """
@@ -10,12 +12,15 @@ from collections.abc import Callable
 import numpy as np
 
 from .body import Body, build_body
+from .dac import SURE, blended
+from .data import Estimate
 from .effects.gravity_preload import EFFECT, weight_stiffness
 from .errors import DataError
 from .joint import Heard
 
 SAME = 0.003  # relative: a modulus that changes by less is found
 ROUNDS = 5
+LEAST = 0.05  # of a mode's stiffness is elastic, for its pitch to tell a modulus
 STIFFER = 1.3  # times: a body that would buckle under its weight is at least so much stiffer
 TRIES = 30  # a body that does not stand even then has another fault, which its refusal tells
 
@@ -47,14 +52,66 @@ def with_weight(body: Body, hear: Callable[[Body], Heard]) -> Heard:
 
 
 def _modulus(body: Body, weight, heard: Heard) -> float | None:
-    """Pa with which the mode that was heard first has its pitch, moving as it does now."""
-    mode = heard.match.modes[0]
-    if mode is None:
+    """Pa with which the heard modes have their pitches, moving as they do now."""
+    told = []
+    for pitch, mode in zip(heard.free.frequency, heard.match.modes, strict=True):
+        if mode is None:
+            continue
+        shape = heard.body.modes.shapes[:, :, mode].ravel()
+        elastic, heavy = shape @ (body.model.stiffness @ shape), shape @ (weight @ shape)
+        square = (2 * np.pi * pitch) ** 2
+        if square > heavy:
+            told.append(((square - heavy) / elastic, (1 - heavy / square) ** 2))
+    if heard.match.modes[0] is None or not told:
         return None
-    shape = heard.body.modes.shapes[:, :, mode].ravel()
-    elastic, heavy = shape @ (body.model.stiffness @ shape), shape @ (weight @ shape)
-    modulus = ((2 * np.pi * heard.free.frequency[0]) ** 2 - heavy) / elastic
-    return float(modulus) if modulus > 0 else None
+    moduli, shares = np.transpose(told)
+    return float(np.exp(np.average(np.log(moduli), weights=shares)))
+
+
+def elastic_share(body: Body) -> np.ndarray:
+    """(m,) of each mode's stiffness, what Young's modulus scales; the rest is the weight's."""
+    if body.model.stress is None:
+        return np.ones(len(body.modes.frequency))
+    x = body.modes.shapes.reshape(-1, body.modes.shapes.shape[2])
+    heavy, whole = (
+        np.einsum("pm,pm->m", x, matrix @ x) for matrix in (body.model.stress, body.model.stiffness)
+    )
+    return 1 - heavy / whole
+
+
+def moduli(
+    carried: float,
+    share: np.ndarray,
+    over: np.ndarray,
+    sigma: np.ndarray,
+    stiff: np.ndarray,
+    stiff_sigma: np.ndarray,
+) -> tuple[Estimate, Estimate]:
+    """Apparent and material modulus of a body that carries its weight with the modulus `carried`.
+
+    Each (k,), of modes that were heard: `share` elastic, of the computed stiffness; `over` measured
+    over computed pitch squared, at 1 Pa; `sigma` its relative standard deviation; `stiff` and
+    `stiff_sigma` as `stiffening` gives them. From nought up, where none is elastic enough to tell.
+    """
+    own = over - carried * (1 - share)  # elastic; `over` is Y share + carried (1 - share)
+    keep = (share > LEAST) & (own > LEAST * carried) & (share * (1 + stiff) > stiff + LEAST)
+    if not keep.any():
+        return (Estimate(carried, 0.0, carried / LEAST, "Pa"),) * 2
+    share, own, sigma, stiff, stiff_sigma = (
+        one[keep] for one in (share, own, sigma, stiff, stiff_sigma)
+    )
+    apparent = np.log(own / share)
+    elastic = share * (1 + stiff) / (share * (1 + stiff) - stiff)
+    material = apparent + np.log(elastic)
+    errors = np.array([sigma / share, np.hypot(sigma, stiff_sigma) / share])
+    out = []
+    for each, error in zip((apparent, material), errors, strict=True):
+        weights = share**2 / (share**2).sum()
+        mean = float(weights @ each)
+        common = blended(share**2 @ (each - mean) ** 2, len(each) - 1) / np.linalg.norm(share)
+        half = SURE * np.hypot(np.linalg.norm(weights * error), common)
+        out.append(Estimate(np.exp(mean), np.exp(mean - half), np.exp(mean + half), "Pa"))
+    return out[0], out[1]
 
 
 def _standing(body: Body, modulus: float, seats: tuple) -> Body:

@@ -1,6 +1,7 @@
 """Rows are exposed one after another, so low markers are seen later.
 
-Law         a marker at row r of H is seen at t + readout r/H
+Law         a marker at row r of H is seen at t + readout r/H; readout < 0 where the picture was
+            turned upside down after the rows were read
 Tells       the phase of each mode shape is linear in the row. A degenerate pair may swing in any
             ellipse, so free shapes take that up: there the body's own shapes tell, for in the
             plane that both its directions span no marker lags by its row
@@ -14,7 +15,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.stats import f as f_law
 
-from .base import Effect, Parameter
+from .base import Effect, Parameter, too_faint
 
 DOUBTFUL = 4.0  # standard deviations
 MOST = 0.8  # share of what a pair's own directions leave, that a shutter must take
@@ -98,7 +99,7 @@ def requires(setting, takes):
 EFFECT = Effect(
     name="rolling_shutter",
     layer="camera",
-    parameters=(Parameter("readout", "s", 0.0, 0.1, 0.0),),
+    parameters=(Parameter("readout", "s", -0.1, 0.1, 0.0),),
     twins=(),
     settle="turn the camera by a quarter: the delay turns with it",
     low=(-0.5,),
@@ -107,4 +108,5 @@ EFFECT = Effect(
     delay=delay,
     report=lambda theta, setting, shape: {"readout": theta[0] * 2 * np.pi / setting.omega[0]},
     requires=requires,
+    veto=too_faint,
 )

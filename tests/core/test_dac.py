@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from core.dac import apparent, material, youngs_modulus
+from core.dac import apparent, material, scattered, youngs_modulus
 from core.data import Material
 from core.elasticity import assemble, hold_points
 from core.modes import solve_modes
@@ -33,3 +33,15 @@ def test_the_meshs_own_stiffening_is_taken_out_with_its_error():
     real = material(found, 0.18, 0.01)
     assert abs(real.value / found.value - 1.18) < 1e-12
     assert abs((real.high - real.low) / 2 / real.value - 1.96 * 0.01 / 1.18) < 1e-4
+
+
+def test_other_modes_tell_how_sure_a_modulus_is_and_one_matched_wrongly_does_not():
+    rng, inside = np.random.default_rng(4), []
+    for _ in range(500):
+        moduli = np.exp(0.01 * rng.standard_normal(5))
+        moduli[4] = rng.uniform(0.5, 2.0)
+        inside.append(abs(np.log(moduli[0])) < 1.96 * scattered(moduli, 0))
+    assert 0.85 < np.mean(inside) < 0.99
+    alone = scattered(np.array([1.0]), 0)
+    assert alone == pytest.approx(0.005)  # nothing tells
+    assert scattered(np.ones(6), 3) < alone < scattered(np.array([1.0, 1.03, 1.03]), 0)

@@ -15,7 +15,9 @@ SHARE = 0.95  # of a frame, from the first row to the last
 
 
 def filmed(folder, kind, *, seed=2, snr=60):
-    """The report of one planted swing: filmed at once, rolling and said so, rolling and not."""
+    """The report of one planted swing: filmed at once, rolling and said so, rolling and not, or not
+    and with the picture upside down.
+    """
     rng = np.random.default_rng([seed, 7])
     stage, planted, _ = make.stand("rolling_shutter", seed, rng, {"takes": 1})
     shot = film.shoot(stage, planted, [SHARE])
@@ -23,8 +25,10 @@ def filmed(folder, kind, *, seed=2, snr=60):
     assert shot.camera.readout == pytest.approx(readout)
     sigma = make.strength.spread(shot, stage) * 10 ** (-snr / 20)
     noise = sigma * np.random.default_rng(seed).standard_normal(shot.values.shape)
-    at_once = again(shot, camera=make.replace(shot.camera, readout=0.0))
-    values = film.look(at_once) if kind == "at once" else shot.values
+    values = shot.values
+    if kind in ("at once", "turned"):
+        own = {"at once": 0.0, "turned": -readout}[kind]
+        values = film.look(again(shot, camera=make.replace(shot.camera, readout=own)))
     folder.mkdir(exist_ok=True)
     make.store(folder, kind, stage, shot, [values + noise], np.random.default_rng(0))
     case = folder / "case.toml"
@@ -39,7 +43,7 @@ def filmed(folder, kind, *, seed=2, snr=60):
 @pytest.fixture(scope="module")
 def reports(tmp_path_factory):
     base = tmp_path_factory.mktemp("rolling")
-    return {kind: filmed(base / kind, kind) for kind in ("at once", "said", "unsaid")}
+    return {kind: filmed(base / kind, kind) for kind in ("at once", "said", "unsaid", "turned")}
 
 
 def test_a_known_rolling_shutter_leaves_no_trace_at_all(reports):
@@ -67,6 +71,14 @@ def test_an_unknown_one_is_found_with_its_readout_and_then_leaves_no_trace(repor
     assert found["youngs_modulus"]["material"]["value"] == pytest.approx(
         plain["youngs_modulus"]["material"]["value"], rel=1e-5
     )
+
+
+def test_the_rows_of_a_picture_that_was_turned_are_read_from_below(reports):
+    plain, (found, readout) = reports["at once"][0], reports["turned"]
+    (effect,) = found["diagnosis"]["effects"]
+    assert effect["name"] == "rolling_shutter"
+    assert effect["parameters"]["readout"]["value"] == pytest.approx(-readout, rel=5e-3)
+    assert found["error"]["after"] == pytest.approx(plain["error"]["after"], rel=0.02)
 
 
 def test_a_free_swing_seen_later_is_that_swing():

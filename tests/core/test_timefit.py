@@ -55,7 +55,7 @@ from core.sufficiency import (
 )
 from core.tell import told_sizes
 from core.time_layer import MATERIAL, judge, vetoed
-from core.timefit import DONE, _gauged, best_fit, extend, fit, misfits, screen, sharp
+from core.timefit import DONE, _gauged, best_fit, extend, fit, misfits, resized, screen, sharp
 from core.verdict import Verdict
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
 
@@ -678,6 +678,19 @@ def test_a_tied_mode_stays_where_the_first_one_puts_it_and_is_free_within_that()
     held = fit(replace(law, tied=((1, math.log(1.1)),)), p, evaluations=40)
     assert held.frequency[1] / held.frequency[0] < 1.1 * math.exp(0.031)
     assert held.chi2 > 5 * fit(law, p, evaluations=40).chi2
+
+
+@pytest.mark.parametrize("times", [-0.002, 300.0, -150.0])
+def test_a_mode_that_began_at_another_size_or_sign_ends_at_the_body_s(times):
+    law, p = two_modes(1.12)
+    good, a = fit(law, p, evaluations=40), law.sizes()[0]
+    p[[a + 1, a + 3]] *= times
+    found = fit(law, p, evaluations=40)
+    if times < 0:
+        assert found.sizes_off.max() > 0.5  # the search does not come back by itself
+    again = resized(found)
+    assert max(good.sizes_off.max(), again.sizes_off.max()) < 0.01
+    assert again.chi2 == pytest.approx(good.chi2, rel=1e-3)
 
 
 def touched(mass):

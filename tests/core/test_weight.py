@@ -12,7 +12,7 @@ from core.data import Material
 from core.elasticity import assemble, hold_points
 from core.errors import DataError
 from core.turned import weighs
-from core.weight import carries_weight, with_weight
+from core.weight import carries_weight, elastic_share, moduli, with_weight
 from tests.core.solids import block
 
 YOUNG = 3e4  # Pa; of a strip that hangs or stands, its weight a good part of its stiffness
@@ -81,6 +81,47 @@ def test_a_strip_turned_over_tells_its_weight_from_what_rings_alike_both_ways(tu
         return
     assert weighs(heard, weighty, 1e5) > 50
     assert weighs(heard, alike, 1e5) < -50
+
+
+def told(rng, share, off, stiff):
+    """The two moduli of modes whose squared pitches are off by a relative `off`."""
+    share, stiff = np.asarray(share), np.asarray(stiff)
+    # w^2 = Y k + g of the true body; the mesh's k is 1 + s / (share of a converged one) times it
+    fine = 1 / (1 + stiff)  # of the computed stiffness
+    heavy = 1 - share
+    elastic = fine - heavy
+    over = 0.9 * YOUNG * (elastic / 0.9 + heavy) * (1 + off * rng.normal(size=share.size))
+    return moduli(0.9 * YOUNG, share, over, np.full(share.size, 1e-6), stiff, np.zeros(share.size))
+
+
+def test_the_weight_s_part_of_a_pitch_takes_none_of_the_mesh_s_stiffening():
+    _, material = told(np.random.default_rng(0), [0.3, 0.8, 0.9], 0.0, [0.02, 0.03, 0.06])
+    assert material.value == pytest.approx(YOUNG, rel=1e-9)
+    assert material.high < 1.02 * material.low
+
+
+def test_modes_that_hang_on_the_weight_say_little_and_the_interval_holds_the_truth():
+    share, inside, errors = [0.25, 0.8, 0.9, 0.95, 0.95], 0, []
+    rng = np.random.default_rng(1)
+    for _ in range(400):
+        _, found = told(rng, share, 0.01, np.full(5, 0.01))
+        inside += found.low < YOUNG < found.high
+        errors.append(np.log(found.value / YOUNG))
+    assert 0.85 < inside / 400 < 0.97  # of five modes the scatter is known to a third
+    assert np.std(errors) < 1.1 * 0.01 / np.linalg.norm(share)
+    assert abs(np.mean(errors)) < 0.002
+
+
+def test_the_elastic_share_is_what_a_stiffer_body_s_pitches_follow():
+    plain = body(np.array([9.81, 0.0, 0.0]))
+    one, two = (
+        build_body(plain.case, plain.bare, plain.case.takes[0], y).modes.frequency[:4] * np.sqrt(y)
+        for y in (YOUNG, 1.02 * YOUNG)
+    )
+    share = elastic_share(build_body(plain.case, plain.bare, plain.case.takes[0], 1.01 * YOUNG))
+    assert share[:4] == pytest.approx(2 * np.log(two / one) / np.log(1.02), rel=0.01)
+    assert share[0] < 0.8  # it hangs
+    assert elastic_share(plain) == pytest.approx(1.0)
 
 
 def test_a_pitch_that_no_modulus_gives_leaves_the_body_as_it_is():
