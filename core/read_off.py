@@ -79,8 +79,16 @@ def jumps(start: TimeFit) -> list[Effect]:
 
     for known in in_step([as_seen, if_whole]):
         if any(known) and not any(map(lost_frames.too_many, known, takes)):
-            return [lost_frames.lost(known, takes)]
+            return [] if _are_stairs(start, known, takes) else [lost_frames.lost(known, takes)]
     return []
+
+
+def _are_stairs(start: TimeFit, known: tuple, takes: tuple) -> bool:
+    """Whether in one of the takes jumps stand for a pitch that was another one for a while."""
+    if max(map(len, known)) < lost_frames.STAIRS:
+        return False
+    found = _with_jumps(start, known, takes)
+    return any(_sight(found, n).is_ramp(own) for n, own in enumerate(known))
 
 
 def _sought(start: TimeFit, takes: tuple, is_one) -> tuple[tuple, TimeFit]:

@@ -15,6 +15,7 @@ MOST = 6  # jumps that are looked for at a time; a recording with more is not wo
 MUCH = 0.25  # of a take, that its jumps may add up to
 SURE = 30.0  # least gain in chi2 of one more jump, over the misfit per sample
 EDGE = 4  # samples at either end that cannot tell
+STAIRS, ENDS = 3, 25  # jumps that look like stairs, and instants between which those may rise
 WHOLE = 0.3  # frames by which what is left of a jump may differ from none
 
 
@@ -111,6 +112,34 @@ class Sight:
         y = self.residual.ravel()
         gains, *_ = np.linalg.lstsq(columns, y, rcond=None)
         return gains, (y - columns @ gains).reshape(self.residual.shape)
+
+    def is_ramp(self, jumps) -> bool:
+        """Whether these jumps are the stairs that a clock makes which goes wrong from one instant
+        to another, as a pitch does that is another one for that long: what the residual, without
+        them, bears out better or as well.
+        """
+        if len(jumps) < STAIRS:
+            return False
+        gains = np.array([gain for _, gain in jumps])
+        places = [int(np.argmin(np.abs(self.time - when))) for when, _ in jumps]
+        whole = np.round(gains / np.median(np.diff(self.time)))
+        stairs = (np.arange(len(self.time))[:, None] >= places) @ whole
+        y = self.residual + self._seen(stairs)
+        ends = np.linspace(self.time[0], self.time[-1], ENDS)
+        left = np.inf
+        for n, begin in enumerate(ends):
+            for end in ends[n + 1 :]:
+                column = self._seen(np.clip((self.time - begin) / (end - begin), 0, 1))
+                taken = (column * y).sum() ** 2 / max((column**2).sum(), 1e-300)
+                left = min(left, float((y**2).sum() - taken))
+        known = float((self.residual**2).sum())
+        price = (2 * len(jumps) - 3) * np.log(y.size) * max(known / y.size, 1.0)
+        return left < known + price
+
+    def _seen(self, late: np.ndarray) -> np.ndarray:
+        """(T, C) what a clock that is late (T,) frames does, but for what the basis takes up."""
+        moved = self.step * late[:, None]
+        return moved - self.q @ (self.q.T @ moved)
 
     def left_of(self, jumps) -> np.ndarray:
         """Frames (j,) of each of these jumps that are left in the residual."""

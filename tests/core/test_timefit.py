@@ -256,6 +256,17 @@ def test_jumps_far_apart_are_not_made_one():
     assert all(many == 1 for many, _ in _nearby(far, 0, frame))
 
 
+def test_a_pitch_that_was_another_one_at_first_is_no_frame_lost_again_and_again():
+    """It falls for good in the first take; the second one has only known it as it is then."""
+    torn = [moved(Softening(0.05, when), seed=n) for n, when in enumerate((1.0, -9.0))]
+    found = declared(*map(channels, torn), condition=(0, 0))
+    assert found.chi2 > 5 * found.samples
+    assert jumps(found) == []
+    gone = np.delete(moved(zeta=0.01), [60, 61, 150, 230], axis=0)
+    (effect,) = jumps(declared(channels(gone), channels(moved(zeta=0.01)), condition=(0, 0)))
+    assert effect.free == 6  # three jumps
+
+
 def test_where_no_frame_is_whole_no_jump_is_read():
     values = moved()
     values[::2, 0] = values[1::2, 1] = np.nan
