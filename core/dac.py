@@ -11,8 +11,9 @@ import numpy as np
 from .data import Estimate
 
 SURE = 1.959964  # standard deviations of a 95 % interval
-# of a squared pitch beside the computed one: a surface of flat faces, pins of whole vertices, size
-FORM, WEIGHT = 0.005, 2  # relative, and how many modes' scatter that counts as
+# What a squared pitch is off by, relatively, in a body whose surface is flat faces, whose pins are
+# whole vertices and whose size was measured; and of how many modes' scatter that is worth.
+FORM, KNOWN = 0.005, 2
 MEDIAN = 1.4826 / np.sqrt(2)  # standard deviation over the median of differences
 
 
@@ -40,15 +41,19 @@ def material(found: Estimate, stiffening: float, sigma: float) -> Estimate:
     return Estimate(value, value * (1 - min(below, 1.0)), value * (1 + above), "Pa")
 
 
-def blended(scatter: float, count: int) -> float:
-    """Relative error of a computed squared pitch, from the squares `scatter` of `count` of them."""
-    return float(np.sqrt((WEIGHT * FORM**2 + scatter) / (WEIGHT + count)))
+def blended(squares: float, count: int) -> float:
+    """Relative error of a computed squared pitch, from a sum of `count` modes' squared errors."""
+    return float(np.sqrt((KNOWN * FORM**2 + squares) / (KNOWN + count)))
 
 
-def scattered(moduli: np.ndarray, of: int) -> float:
-    """Relative error of the modulus that mode `of` of some (k,) tells, from how far the others'
-    are from it: by the median, for a mode that is matched wrongly is no measure.
+def scattered(moduli: np.ndarray, sigma: np.ndarray, of: int) -> float:
+    """Relative error of the modulus that mode `of` of some (k,) tells, from how much farther the
+    others' are from it than their own `sigma` (k,), relative: by the median, for among several a
+    mode that is matched wrongly is no measure.
     """
-    others = np.delete(np.log(moduli / moduli[of]), of)
-    middle = MEDIAN * np.median(np.abs(others)) if len(others) else 0.0
-    return blended(len(others) * middle**2, len(others))
+    others, noise = np.delete(np.log(moduli / moduli[of]), of), np.delete(sigma, of)
+    if not len(others):
+        return blended(0.0, 0)
+    middle = (MEDIAN * np.median(np.abs(others))) ** 2
+    own = (np.median(noise) ** 2 + sigma[of] ** 2) / 2
+    return blended(len(others) * max(middle - own, 0.0), len(others))

@@ -16,7 +16,7 @@ from .match import likeness
 from .parameters import inflation
 from .twins import twins_span
 from .verdict import Verdict
-from .weight import elastic_share, moduli
+from .weight import Tells, each_modulus, elastic_share, modulus_of_all
 
 CLEARLY = 0.8  # MAC from which a shape is clearly a computed one's
 
@@ -28,52 +28,55 @@ class Told:
     apparent: Estimate
     material: Estimate
     without: float  # Pa, material, with none of the found effects
-    pitches: np.ndarray  # (m,) Hz of the computed modes with that apparent modulus
+    pitches: np.ndarray  # (m,) Hz of the computed modes with that apparent modulus, or NaN
 
 
-def young(
-    heard: Heard, verdict: Verdict, findings: Findings, stiff: np.ndarray, sigma: np.ndarray
-) -> Told:
-    """By the pitch of the loudest mode; where the body carries its weight, by those of all.
+def find_modulus(heard: Heard, verdict: Verdict, findings: Findings, mesh: tuple) -> Told:
+    """By the loudest mode; where the body carries its weight, by all that are clearly the body's.
 
-    stiff, sigma (m,): as `stiffening` gives them.
+    mesh: two of (m,), as `stiffening` gives them.
     """
     final, first = verdict.final, verdict.chain[0][1]
     k = int(np.argmax(final.swings))
     j = heard.match.modes[k] if heard.match.modes[k] is not None else 0
-    clear = [(k, j), *((n, m) for n, m in _clear(heard, final) if n != k)]
-    share, own = elastic_share(heard.body), heard.body.modes.frequency
-    mesh = np.array([findings.mesh_frequency(f, m) for m, f in enumerate(own)])
-    pitch = true_frequency(heard, final) / np.sqrt(findings.stiffer)
-    pair = final.law.setting.pair
-    pitch[pair] *= split_modes.middle(final)
+    clear = [(k, j), *((n, i) for n, i in _clear(heard, final) if n != k)]
+    carried, own = heard.body.carried or 0.0, heard.body.modes.frequency
+    changed = np.array([findings.mesh_frequency(f, i) for i, f in enumerate(own)])
+    tells = _tells(heard, final, changed * np.sqrt(findings.stiffer), clear, mesh)
+    plain = _tells(heard, first, own, clear, mesh)
+    span = np.array(twins_span(verdict, k, partial(true_frequency, heard)))
+    span *= findings.modulus_span(j) * np.array([findings.stiffer / findings.stiffest, 1.0])
     if heard.body.carried:
-        found, real = _of_all(heard, final, pitch, mesh, clear, (share, stiff, sigma))
-        plain = true_frequency(heard, first)
-        bare = _of_all(heard, first, plain, own, clear, (share, stiff, sigma))[1]
+        found, real = modulus_of_all(carried, tells)
+        span **= tells.share.sum() / (tells.share**2).sum()  # a pitch's moves the modulus more
+        bare = modulus_of_all(carried, plain)[1].value
     else:
-        spread = np.sqrt(final.covariance[k, k] * inflation(final))
-        spread = np.hypot(spread, split_modes.doubt(final)) if k == pair else spread
-        found, real = apparent(pitch[k], pitch[k] * spread, mesh[j]), None
-        bare = apparent(true_frequency(heard, first)[k], 0.0, own[j])
-        bare = material(bare, stiff[j], sigma[j])
-    less, more = findings.modulus_span(j) * np.array(
-        twins_span(verdict, k, partial(true_frequency, heard))
-    )
-    less *= findings.stiffer / findings.stiffest
-    found = replace(found, low=found.low * less, high=found.high * more)
+        form = scattered(each_modulus(carried, tells)[1], tells.sigma, 0)
+        found, real = (_of_first(tells, part) for part in (None, form))
+        bare = each_modulus(carried, plain)[1, 0]
+    found, real = (replace(e, low=e.low * span[0], high=e.high * span[1]) for e in (found, real))
     if findings.doubtful:  # any mode's own may be as right
-        alone = [(pitch[n] / own[m]) ** 2 for n, m in _clear(heard, final)]
-        found = replace(found, low=min([found.low, *alone]), high=max([found.high, *alone]))
-    if real is None:
-        ks, js = np.transpose(clear)
-        form = scattered((pitch[ks] / mesh[js]) ** 2 * (1 + stiff[js]), 0)
-        real = material(found, stiff[j], np.hypot(sigma[j], (1 + stiff[j]) * form))
-    else:
-        real = replace(real, low=real.low * less, high=real.high * more)
-    heavy = (heard.body.carried or 0.0) * (1 - share)  # no modulus changes it
-    pitches = mesh * np.sqrt(findings.stiffer * (share * found.value + heavy))
-    return Told(found, real, bare.value, pitches)
+        at_first = replace(tells, over=_tells(heard, final, own, clear, mesh).over)
+        alone = each_modulus(carried, at_first)
+        found, real = (
+            replace(e, low=np.nanmin([e.low, *each]), high=np.nanmax([e.high, *each]))
+            for e, each in zip((found, real), alone, strict=True)
+        )
+    share = elastic_share(heard.body)
+    square = findings.stiffer * (share * found.value + carried * (1 - share))
+    pitches = changed * np.sqrt(np.where(square > 0, square, np.nan))
+    return Told(found, real, float(bare), pitches)
+
+
+def _of_first(tells: Tells, form: float | None) -> Estimate:
+    """The modulus that the first of the modes tells: apparent, or material with the error `form`
+    of the body's shape.
+    """
+    found = apparent(np.sqrt(tells.over[0]), np.sqrt(tells.over[0]) * tells.sigma[0] / 2, 1.0)
+    if form is None:
+        return found
+    stiff = tells.stiff[0]
+    return material(found, stiff, np.hypot(tells.stiff_sigma[0], (1 + stiff) * form))
 
 
 def _clear(heard: Heard, found: TimeFit) -> list[tuple[int, int]]:
@@ -87,12 +90,15 @@ def _clear(heard: Heard, found: TimeFit) -> list[tuple[int, int]]:
     ]
 
 
-def _of_all(heard, found, pitch, mesh, clear, each) -> tuple[Estimate, Estimate]:
-    """As `moduli`, of the modes and computed ones of `clear`.
-
-    pitch (K,) Hz, mesh (m,) Hz at 1 Pa; each: (m,) elastic shares, and what the mesh stiffens.
+def _tells(heard: Heard, found: TimeFit, computed: np.ndarray, clear: list, mesh: tuple) -> Tells:
+    """What the measured modes say beside the `computed` ones (m,), Hz at 1 Pa, that `clear` pairs
+    with them; of a pair that is split, its middle.
     """
     ks, js = np.transpose(clear)
-    spread = 2 * np.sqrt(np.maximum(np.diag(found.covariance)[ks], 0) * inflation(found))
-    share, *stiff = (one[js] for one in each)
-    return moduli(heard.body.carried, share, (pitch[ks] / mesh[js]) ** 2, spread, *stiff)
+    true, pair = true_frequency(heard, found), found.law.setting.pair
+    spread = np.sqrt(np.maximum(np.diag(found.covariance)[: len(true)], 0) * inflation(found))
+    spread = spread * found.frequency / true  # a fold leaves it as it is in Hz
+    spread[pair] = np.hypot(spread[pair], split_modes.doubt(found))
+    true[pair] *= split_modes.middle(found)
+    over = (true[ks] / computed[js]) ** 2
+    return Tells(elastic_share(heard.body)[js], over, 2 * spread[ks], *(one[js] for one in mesh))

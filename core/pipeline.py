@@ -21,7 +21,7 @@ from .examine import examine
 from .findings import Findings
 from .joint import Heard, hear, laid_bare
 from .law import TimeFit
-from .modulus import young as told_young
+from .modulus import find_modulus
 from .near_camera import as_seen_nearby
 from .play import motion
 from .rehear import second_hearing
@@ -166,7 +166,7 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
     final = verdict.final
     stiff, sigma, element = solved
     true = true_frequency(heard, final)
-    young = told_young(heard, verdict, findings, stiff, sigma)
+    young = find_modulus(heard, verdict, findings, (stiff, sigma))
     first, loudest = verdict.chain[0][1], int(np.argmax(final.swings))
     told = told_diagnosis(
         heard,

@@ -79,16 +79,17 @@ def jumps(start: TimeFit) -> list[Effect]:
 
     for known in in_step([as_seen, if_whole]):
         if any(known) and not any(map(lost_frames.too_many, known, takes)):
-            return [] if _are_stairs(start, known, takes) else [lost_frames.lost(known, takes)]
+            known = _no_stairs(start, known, takes)
+            return [lost_frames.lost(known, takes)] if any(known) else []
     return []
 
 
-def _are_stairs(start: TimeFit, known: tuple, takes: tuple) -> bool:
-    """Whether in one of the takes jumps stand for a pitch that was another one for a while."""
+def _no_stairs(start: TimeFit, known: tuple, takes: tuple) -> tuple:
+    """The jumps, without a take's where they stand for a pitch that was another for a while."""
     if max(map(len, known)) < lost_frames.STAIRS:
-        return False
+        return known
     found = _with_jumps(start, known, takes)
-    return any(_sight(found, n).is_ramp(own) for n, own in enumerate(known))
+    return tuple(() if _sight(found, n).is_ramp(own) else own for n, own in enumerate(known))
 
 
 def _sought(start: TimeFit, takes: tuple, is_one) -> tuple[tuple, TimeFit]:

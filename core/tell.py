@@ -38,6 +38,8 @@ def told_modes(
         mac = None if j is None else likeness(found.shapes[k], seen, body.modes.frequency, j)
         if mac is not None and mac < ACROSS and size[k] < max(size):  # it has become another one
             j = mac = None
+        if j is not None and np.isnan(computed_pitch[j]):  # its weight would make it fall
+            j = mac = None
         out.append(
             {
                 "natural_frequency_hz": estimate(f, f - spread[0], f + spread[0]),

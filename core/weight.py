@@ -8,6 +8,7 @@ Source      Rayleigh, The Theory of Sound, vol. 1, 88: a shape that is a little 
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,6 +24,17 @@ ROUNDS = 5
 LEAST = 0.05  # of a mode's stiffness is elastic, for its pitch to tell a modulus
 STIFFER = 1.3  # times: a body that would buckle under its weight is at least so much stiffer
 TRIES = 30  # a body that does not stand even then has another fault, which its refusal tells
+
+
+@dataclass(frozen=True, eq=False)
+class Tells:
+    """What modes that were heard say of the modulus, each (k,)."""
+
+    share: np.ndarray  # elastic, of the computed stiffness
+    over: np.ndarray  # Pa: measured over computed pitch squared, at 1 Pa
+    sigma: np.ndarray  # its relative standard deviation
+    stiff: np.ndarray  # what the mesh stiffens, relative, and
+    stiff_sigma: np.ndarray  # its standard deviation
 
 
 def carries_weight(body: Body) -> bool:
@@ -52,20 +64,14 @@ def with_weight(body: Body, hear: Callable[[Body], Heard]) -> Heard:
 
 
 def _modulus(body: Body, weight, heard: Heard) -> float | None:
-    """Pa with which the heard modes have their pitches, moving as they do now."""
-    told = []
-    for pitch, mode in zip(heard.free.frequency, heard.match.modes, strict=True):
-        if mode is None:
-            continue
-        shape = heard.body.modes.shapes[:, :, mode].ravel()
-        elastic, heavy = shape @ (body.model.stiffness @ shape), shape @ (weight @ shape)
-        square = (2 * np.pi * pitch) ** 2
-        if square > heavy:
-            told.append(((square - heavy) / elastic, (1 - heavy / square) ** 2))
-    if heard.match.modes[0] is None or not told:
+    """Pa with which the mode that was heard first has its pitch, moving as it does now."""
+    mode = heard.match.modes[0]
+    if mode is None:
         return None
-    moduli, shares = np.transpose(told)
-    return float(np.exp(np.average(np.log(moduli), weights=shares)))
+    shape = heard.body.modes.shapes[:, :, mode].ravel()
+    elastic, heavy = shape @ (body.model.stiffness @ shape), shape @ (weight @ shape)
+    modulus = ((2 * np.pi * heard.free.frequency[0]) ** 2 - heavy) / elastic
+    return float(modulus) if modulus > 0 else None
 
 
 def elastic_share(body: Body) -> np.ndarray:
@@ -79,36 +85,39 @@ def elastic_share(body: Body) -> np.ndarray:
     return 1 - heavy / whole
 
 
-def moduli(
-    carried: float,
-    share: np.ndarray,
-    over: np.ndarray,
-    sigma: np.ndarray,
-    stiff: np.ndarray,
-    stiff_sigma: np.ndarray,
-) -> tuple[Estimate, Estimate]:
+def each_modulus(carried: float, tells: Tells) -> np.ndarray:
+    """(2, k) Pa, the apparent and the material modulus that every mode tells by itself; NaN where
+    it is hardly elastic. `carried`: with which the body carries its weight.
+    """
+    own = tells.over - carried * (1 - tells.share)  # `over` is Y share + carried (1 - share)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        apparent = own / tells.share
+        material = apparent * tells.share * (1 + tells.stiff) / _converged(tells)
+    known = (tells.share > LEAST) & (own > LEAST * carried) & (_converged(tells) > LEAST)
+    return np.where(known, [apparent, material], np.nan)
+
+
+def _converged(tells: Tells) -> np.ndarray:
+    """(k,) elastic share of the converged stiffness: the mesh stiffens nothing of the weight's."""
+    return tells.share * (1 + tells.stiff) - tells.stiff
+
+
+def modulus_of_all(carried: float, tells: Tells) -> tuple[Estimate, Estimate]:
     """Apparent and material modulus of a body that carries its weight with the modulus `carried`.
 
-    Each (k,), of modes that were heard: `share` elastic, of the computed stiffness; `over` measured
-    over computed pitch squared, at 1 Pa; `sigma` its relative standard deviation; `stiff` and
-    `stiff_sigma` as `stiffening` gives them. From nought up, where none is elastic enough to tell.
+    From nought up, where no mode is elastic enough to tell one.
     """
-    own = over - carried * (1 - share)  # elastic; `over` is Y share + carried (1 - share)
-    keep = (share > LEAST) & (own > LEAST * carried) & (share * (1 + stiff) > stiff + LEAST)
-    if not keep.any():
+    each = each_modulus(carried, tells)
+    known = np.isfinite(each[0])
+    if not known.any():
         return (Estimate(carried, 0.0, carried / LEAST, "Pa"),) * 2
-    share, own, sigma, stiff, stiff_sigma = (
-        one[keep] for one in (share, own, sigma, stiff, stiff_sigma)
-    )
-    apparent = np.log(own / share)
-    elastic = share * (1 + stiff) / (share * (1 + stiff) - stiff)
-    material = apparent + np.log(elastic)
-    errors = np.array([sigma / share, np.hypot(sigma, stiff_sigma) / share])
+    share, sigma = tells.share[known], tells.sigma[known] / tells.share[known]
+    mesh = (tells.stiff_sigma / (1 + tells.stiff) / _converged(tells))[known]
+    weights = share**2 / (share**2).sum()
     out = []
-    for each, error in zip((apparent, material), errors, strict=True):
-        weights = share**2 / (share**2).sum()
-        mean = float(weights @ each)
-        common = blended(share**2 @ (each - mean) ** 2, len(each) - 1) / np.linalg.norm(share)
+    for logs, error in zip(np.log(each[:, known]), (sigma, np.hypot(sigma, mesh)), strict=True):
+        mean = float(weights @ logs)
+        common = blended(share**2 @ (logs - mean) ** 2, len(logs) - 1) / np.linalg.norm(share)
         half = SURE * np.hypot(np.linalg.norm(weights * error), common)
         out.append(Estimate(np.exp(mean), np.exp(mean - half), np.exp(mean + half), "Pa"))
     return out[0], out[1]

@@ -21,13 +21,19 @@ DEGREE = 4  # of the polynomial that stands for r^s; within 0.3 % for a ratio of
 ALIKE = 0.98  # cosine from which two axes are one
 
 
+def _outwards(model, axis: np.ndarray) -> np.ndarray:
+    """`axis` (3,) or its opposite: from the held end to the far one."""
+    s = model.points @ axis
+    held = s[model.pinned].mean() if model.pinned.any() else s.min()
+    return -axis if s.max() - held < held - s.min() else axis
+
+
 def _along(model, axis):
     """(T,) place of each tetrahedron from the held end (0) to the far end (1) of `axis`."""
+    axis = _outwards(model, axis)
     s = model.points @ axis
     centres = model.mesh.nodes[model.mesh.tets].mean(axis=1) @ axis
     held = s[model.pinned].mean() if model.pinned.any() else s.min()
-    if s.max() - held < held - s.min():
-        s, centres, held = -s, -centres, -held
     return np.clip((centres - held) / max(s.max() - held, 1e-12), 0, 1)
 
 
@@ -87,7 +93,7 @@ def _along_one(model, axis, modes, factor) -> Family:
         return terms[0] * K + np.tensordot(terms[1:], grown, 1), M
 
     def report(theta, young):
-        return {"ratio": float(np.exp(theta[1])), "axis": axis.tolist()}
+        return {"ratio": float(np.exp(theta[1])), "axis": _outwards(model, axis).tolist()}
 
     grid = np.array(list(product((0, 1), np.log(np.geomspace(0.15, 6.5, 14)))))
     low, high = np.array([0, np.log(0.1)]), np.array([1, np.log(10.0)])

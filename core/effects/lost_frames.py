@@ -93,7 +93,7 @@ class Sight:
         residual = data.values - predicted
         use = ~np.isnan(residual).any(axis=1)
         speed = np.gradient(predicted, data.time, axis=0)
-        self.time = data.time[use] - data.frame / 2
+        self.time, self.frame = data.time[use] - data.frame / 2, data.frame
         self.step = speed[use] / data.sigma * data.frame
         self.q, _ = np.linalg.qr(basis[use])
         self.residual = residual[use] / data.sigma
@@ -115,15 +115,13 @@ class Sight:
 
     def is_ramp(self, jumps) -> bool:
         """Whether these jumps are the stairs that a clock makes which goes wrong from one instant
-        to another, as a pitch does that is another one for that long: what the residual, without
-        them, bears out better or as well.
+        to another, as a pitch does that is another one for that long: without them the residual
+        bears that out so far that the numbers of all the jumps are not worth it.
         """
         if len(jumps) < STAIRS:
             return False
-        gains = np.array([gain for _, gain in jumps])
-        places = [int(np.argmin(np.abs(self.time - when))) for when, _ in jumps]
-        whole = np.round(gains / np.median(np.diff(self.time)))
-        stairs = (np.arange(len(self.time))[:, None] >= places) @ whole
+        whole = np.round([gain / self.frame for _, gain in jumps])
+        stairs = (np.arange(len(self.time))[:, None] >= self._places(jumps)) @ whole
         y = self.residual + self._seen(stairs)
         ends = np.linspace(self.time[0], self.time[-1], ENDS)
         left = np.inf
@@ -141,7 +139,10 @@ class Sight:
         moved = self.step * late[:, None]
         return moved - self.q @ (self.q.T @ moved)
 
+    def _places(self, jumps) -> list[int]:
+        """Samples from which they are seen."""
+        return [int(np.argmin(np.abs(self.time - when))) for when, _ in jumps]
+
     def left_of(self, jumps) -> np.ndarray:
         """Frames (j,) of each of these jumps that are left in the residual."""
-        places = [int(np.argmin(np.abs(self.time - when))) for when, _ in jumps]
-        return self.gains(places)[0]
+        return self.gains(self._places(jumps))[0]

@@ -36,12 +36,14 @@ def test_the_meshs_own_stiffening_is_taken_out_with_its_error():
 
 
 def test_other_modes_tell_how_sure_a_modulus_is_and_one_matched_wrongly_does_not():
-    rng, inside = np.random.default_rng(4), []
+    rng, inside, noise = np.random.default_rng(4), [], np.full(5, 0.002)
     for _ in range(500):
         moduli = np.exp(0.01 * rng.standard_normal(5))
         moduli[4] = rng.uniform(0.5, 2.0)
-        inside.append(abs(np.log(moduli[0])) < 1.96 * scattered(moduli, 0))
+        inside.append(abs(np.log(moduli[0])) < 1.96 * scattered(moduli, noise, 0))
     assert 0.85 < np.mean(inside) < 0.99
-    alone = scattered(np.array([1.0]), 0)
+    alone = scattered(np.array([1.0]), noise[:1], 0)
     assert alone == pytest.approx(0.005)  # nothing tells
-    assert scattered(np.ones(6), 3) < alone < scattered(np.array([1.0, 1.03, 1.03]), 0)
+    apart = np.array([1.0, 1.03, 1.03])
+    assert scattered(np.ones(5), noise, 3) < alone < scattered(apart, noise[:3], 0)
+    assert scattered(apart, np.array([0.0, 0.05, 0.05]), 0) < alone  # it is but their noise

@@ -56,6 +56,17 @@ def test_a_graded_body_has_the_pitches_of_the_whole_one(body, ratio):
         assert differ(family, (1, np.log(ratio)), steep) < 4e-3
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_the_axis_of_a_gradient_points_away_from_where_the_body_is_held(body, way, monkeypatch):
+    """Whatever sign it came with: the ratio is the far end's over the held one's."""
+    held = body.model.points[body.model.pinned].mean(axis=0)
+    outwards = body.model.points.mean(axis=0) - held
+    own = np.eye(3)[[np.argmax(np.abs(outwards))]]
+    monkeypatch.setattr(graded_stiffness, "_axes", lambda model: way * own)
+    (family,) = reduced(body, graded_stiffness)
+    assert family.report(np.array([0, 0.3]), 1.0)["axis"] @ outwards > 0
+
+
 @pytest.mark.parametrize(("effect", "values", "told"), [
     (poisson_ratio, (0.1, 0.36, 0.48), lambda value: value),
     (compliant_pin, (5.0, 60.0, 900.0), np.log),

@@ -263,8 +263,10 @@ def test_a_pitch_that_was_another_one_at_first_is_no_frame_lost_again_and_again(
     assert found.chi2 > 5 * found.samples
     assert jumps(found) == []
     gone = np.delete(moved(zeta=0.01), [60, 61, 150, 230], axis=0)
-    (effect,) = jumps(declared(channels(gone), channels(moved(zeta=0.01)), condition=(0, 0)))
-    assert effect.free == 6  # three jumps
+    for gaps in (False, True):
+        gone[::2, 0] = np.where(gaps, np.nan, gone[::2, 0])
+        (effect,) = jumps(declared(channels(gone), channels(moved(zeta=0.01)), condition=(0, 0)))
+        assert effect.free == 6  # three jumps
 
 
 def test_where_no_frame_is_whole_no_jump_is_read():
@@ -691,14 +693,13 @@ def test_a_tied_mode_stays_where_the_first_one_puts_it_and_is_free_within_that()
     assert held.chi2 > 5 * fit(law, p, evaluations=40).chi2
 
 
-@pytest.mark.parametrize("times", [-0.002, 300.0, -150.0])
+@pytest.mark.parametrize("times", [-0.002, -150.0])
 def test_a_mode_that_began_at_another_size_or_sign_ends_at_the_body_s(times):
     law, p = two_modes(1.12)
     good, a = fit(law, p, evaluations=40), law.sizes()[0]
     p[[a + 1, a + 3]] *= times
     found = fit(law, p, evaluations=40)
-    if times < 0:
-        assert found.sizes_off.max() > 0.5  # the search does not come back by itself
+    assert found.sizes_off.max() > 0.5  # the search does not come back by itself
     again = resized(found)
     assert max(good.sizes_off.max(), again.sizes_off.max()) < 0.01
     assert again.chi2 == pytest.approx(good.chi2, rel=1e-3)

@@ -12,7 +12,14 @@ from core.data import Material
 from core.elasticity import assemble, hold_points
 from core.errors import DataError
 from core.turned import weighs
-from core.weight import carries_weight, elastic_share, moduli, with_weight
+from core.weight import (
+    Tells,
+    carries_weight,
+    each_modulus,
+    elastic_share,
+    modulus_of_all,
+    with_weight,
+)
 from tests.core.solids import block
 
 YOUNG = 3e4  # Pa; of a strip that hangs or stands, its weight a good part of its stiffness
@@ -83,33 +90,71 @@ def test_a_strip_turned_over_tells_its_weight_from_what_rings_alike_both_ways(tu
     assert weighs(heard, alike, 1e5) < -50
 
 
-def told(rng, share, off, stiff):
-    """The two moduli of modes whose squared pitches are off by a relative `off`."""
-    share, stiff = np.asarray(share), np.asarray(stiff)
-    # w^2 = Y k + g of the true body; the mesh's k is 1 + s / (share of a converged one) times it
-    fine = 1 / (1 + stiff)  # of the computed stiffness
-    heavy = 1 - share
-    elastic = fine - heavy
-    over = 0.9 * YOUNG * (elastic / 0.9 + heavy) * (1 + off * rng.normal(size=share.size))
-    return moduli(0.9 * YOUNG, share, over, np.full(share.size, 1e-6), stiff, np.zeros(share.size))
+def tells(share, stiff=0.0, *, young=YOUNG, carried=YOUNG, stiff_sigma=0.0):
+    """What modes of a body with the modulus `young` say, on a mesh that carries `carried`."""
+    share, stiff = np.asarray(share, float), np.full(len(share), stiff)
+    # of the computed stiffness at `carried`: what a converged mesh's elastic part would be
+    elastic = 1 / (1 + stiff) - (1 - share)
+    over = young * elastic + carried * (1 - share)
+    return Tells(share, over, np.full(share.size, 1e-6), stiff, np.full(share.size, stiff_sigma))
 
 
-def test_the_weight_s_part_of_a_pitch_takes_none_of_the_mesh_s_stiffening():
-    _, material = told(np.random.default_rng(0), [0.3, 0.8, 0.9], 0.0, [0.02, 0.03, 0.06])
+@pytest.mark.parametrize("share", [[0.3, 0.8, 0.9], [1.7, 1.1, 1.02]])
+@pytest.mark.parametrize("carried", [0.9 * YOUNG, 1.2 * YOUNG])
+def test_of_the_weight_s_part_of_a_pitch_the_mesh_stiffens_nothing(share, carried):
+    """What hangs, and what stands."""
+    some = tells(share, 0.03, carried=carried)
+    assert each_modulus(carried, some)[1] == pytest.approx(YOUNG, rel=1e-9)
+    _, material = modulus_of_all(carried, some)
     assert material.value == pytest.approx(YOUNG, rel=1e-9)
-    assert material.high < 1.02 * material.low
+    assert material.high < 1.03 * material.low
+
+
+def test_what_the_mesh_stiffens_unsurely_counts_the_more_the_more_is_weight():
+    for share in (0.2, 1.0):
+        middle, wide = (
+            modulus_of_all(YOUNG, tells([share], 0.05 + more, stiff_sigma=sigma))[1]
+            for more, sigma in ((0.0, 0.01), (0.0, 0.02))
+        )
+        a, b = (tells([share], 0.05 + h) for h in (0.0, 1e-6))
+        over = a.over  # what was measured stays
+        moved = [
+            each_modulus(
+                YOUNG,
+                Tells(
+                    share=x.share,
+                    over=over,
+                    sigma=x.sigma,
+                    stiff=x.stiff,
+                    stiff_sigma=x.stiff_sigma,
+                ),
+            )[1, 0]
+            for x in (a, b)
+        ]
+        slope = np.log(moved[1] / moved[0]) / 1e-6
+        widths = [(np.log(e.high / e.low) / 2 / 1.959964) ** 2 for e in (middle, wide)]
+        assert np.sqrt((widths[1] - widths[0]) / 3) == pytest.approx(0.01 * slope, rel=1e-3)
 
 
 def test_modes_that_hang_on_the_weight_say_little_and_the_interval_holds_the_truth():
-    share, inside, errors = [0.25, 0.8, 0.9, 0.95, 0.95], 0, []
-    rng = np.random.default_rng(1)
+    share, inside, errors = np.array([0.25, 0.8, 0.9, 0.95, 0.95]), 0, []
+    rng, exact = np.random.default_rng(1), tells([0.25, 0.8, 0.9, 0.95, 0.95], 0.01)
     for _ in range(400):
-        _, found = told(rng, share, 0.01, np.full(5, 0.01))
+        off = replace(exact, over=exact.over * (1 + 0.01 * rng.normal(size=5)))
+        _, found = modulus_of_all(YOUNG, off)
         inside += found.low < YOUNG < found.high
         errors.append(np.log(found.value / YOUNG))
     assert 0.85 < inside / 400 < 0.97  # of five modes the scatter is known to a third
     assert np.std(errors) < 1.1 * 0.01 / np.linalg.norm(share)
     assert abs(np.mean(errors)) < 0.002
+
+
+def test_what_hangs_on_its_weight_alone_tells_no_modulus():
+    some = tells([0.02, 0.04])
+    assert np.isnan(each_modulus(YOUNG, some)).all()
+    found, _ = modulus_of_all(YOUNG, some)
+    assert found.low == 0
+    assert found.high > 10 * YOUNG
 
 
 def test_the_elastic_share_is_what_a_stiffer_body_s_pitches_follow():
