@@ -26,6 +26,7 @@ LAGS = 1.5  # of the best walk's misfit: one that is more off does not catch up
 MANY = 4  # marched searches that are worth two processes
 MUCH = 5e5  # samples, times numbers searched from all starts: a tenth of a second or more
 FAINT = 0.01  # of its size, that a start may give a shape, and one over the most
+GONE = 1e-6  # the same where no effect hangs on the size: below is what rounding leaves
 SAME = 0.0005  # of what its parameters may be: nearer the best walk, one is where that is
 
 
@@ -120,7 +121,7 @@ def resized(found: TimeFit) -> TimeFit:
     A search that began at a wrong size, or on the other side of nought, may have left for ever
     larger swings of ever smaller shapes: to a linear motion all of these are the same.
     """
-    start = _gauged(found.law, found.parameters[None], FAINT**3)[0]
+    start = _gauged(found.law, found.parameters[None], GONE)[0]
     return min(found, fit(found.law, start), key=lambda one: one.chi2)
 
 

@@ -34,8 +34,8 @@ def numbers(report):
 def alike(value, rel=1e-6, floor=1e-9):
     """Equal but for the last digits of sums, which depend on where an array lies in memory.
 
-    What was tried and rejected fits badly, and its fit ends somewhere on a flat slope: a change of
-    the tracks by 1e-12 moved errors of such by 1e-4 on one mesh of seven.
+    What was tried and rejected fits badly, and its fit ends somewhere on a flat slope, where the
+    last digits of the tracks decide.
     """
     if isinstance(value, dict):
         loose = {"ranking": (1e-2, 1e-3)}  # the accepted one is found among `effects` as well
