@@ -1,6 +1,8 @@
 """Chosen modes fitted to all takes at once, without those that were none."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -14,7 +16,7 @@ from .match import Match, align, is_driven, likeness, mac, select, turning
 from .residual import NOISY, QUIET
 from .shutter import at_once
 from .timefit import as_it_stands, fit, resized
-from .unheard import neighbours
+from .unheard import PARTED, bare, neighbours
 
 STRAY = 0.15  # of its pitch that a mode may move when all are fitted together
 CLOSE = 0.06  # the same, however near the next mode is
@@ -62,17 +64,13 @@ def settle(
     while True:
         first = matches[ground.condition[ground.fitted[0]]]
         body = ground.bodies[ground.condition[ground.fitted[0]]]
-        computed, seen = body.modes.frequency, body.seen(ground.takes[ground.fitted[0]])
-        turns_too = turning(first.modes, computed)
-        apart = ground.condition
-        if turns_too and len(ground.fitted) > 1:  # each release has a direction of its own
-            apart = _apart(ground)
-        law, start = build_law(chosen, ground.takes, apart, ground.condition)
-        law, turns = _informed(law, ground, matches, chosen)
-        ways = _ways(first, computed, seen)
-        law = replace(law, turning=turns_too, ways=ways, damping="free", tied=tied)
-        found = _once_more(fit(law, start, evaluations=60), start)
-        found = resized(found) if (found.sizes_off > OFF).any() else found
+        computed = body.modes.frequency
+        found, turns = _fitted(ground, chosen, matches, tied)
+        for ring in _opened(found, first, computed):
+            again = _in_each(ground, ring)
+            other, turned = _fitted(ground, again, matches, tied)
+            if other.chi2 < found.chi2:
+                found, turns, chosen = other, turned, again
         strayed = astray(found, chosen[0].frequency, chosen[0].damping_ratio, loud, aside)
         if not strayed.any():
             return found, turns, matches
@@ -80,6 +78,40 @@ def settle(
         loud = loud and int((kept < loud).sum())
         chosen = [select(ring, tuple(kept)) for ring in chosen]
         matches = {c: match.only(kept) for c, match in matches.items()}
+
+
+def _fitted(ground: Recorded, chosen: list[RingDown], matches: dict[int, Match], tied):
+    """The fit of the chosen modes and the turns of every condition."""
+    first = matches[ground.condition[ground.fitted[0]]]
+    body = ground.bodies[ground.condition[ground.fitted[0]]]
+    computed, seen = body.modes.frequency, body.seen(ground.takes[ground.fitted[0]])
+    turns_too = turning(first.modes, computed)
+    apart = ground.condition
+    if turns_too and len(ground.fitted) > 1:  # each release has a direction of its own
+        apart = _apart(ground)
+    law, start = build_law(chosen, ground.takes, apart, ground.condition)
+    law, turns = _informed(law, ground, matches, chosen)
+    law = replace(law, turning=turns_too, ways=_ways(first, computed, seen))
+    law = replace(law, damping="free", tied=tied)
+    found = _once_more(fit(law, start, evaluations=60), start)
+    return resized(found) if (found.sizes_off > OFF).any() else found, turns
+
+
+def _opened(found: TimeFit, match: Match, computed: np.ndarray) -> Iterator[RingDown]:
+    """The poles with two that ran into one another as far apart again as computed (m,).
+
+    Two modes at one pitch, of huge swings that cancel, tell almost any slow beat of two others.
+    """
+    known = [k for k, mode in enumerate(match.modes) if mode is not None]
+    for k, j in combinations(known, 2):
+        f, z = found.frequency.copy(), found.damping_ratio.copy()
+        gap = np.log(computed[match.modes[k]] / computed[match.modes[j]])
+        now = abs(np.log(f[k] / f[j]))
+        if now > ONE * min(z[k], z[j]) or abs(gap) < max(NEARER * now, PARTED):
+            continue
+        f[[k, j]] = np.sqrt(f[k] * f[j]) * np.exp([gap / 2, -gap / 2])
+        z[[k, j]] = np.sqrt(z[k] * z[j])
+        yield bare(f, z, found.law.takes[found.law.fitted[0]].sigma)
 
 
 def settle_poles(ground: Recorded, ring: RingDown, match: Match, tied=(), **how):

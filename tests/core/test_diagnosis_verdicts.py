@@ -572,6 +572,18 @@ def test_what_was_planted_is_named_and_nothing_else(kind, seed, names, most, tmp
 
 
 @pytest.mark.slow
+def test_two_modes_that_ran_into_one_another_are_opened_again(tmp_path):
+    """Four markers in a plane, and one direction of the pudding's pair is seen a tenth as far."""
+    truth = make("null", 774365, tmp_path)
+    report = calibrate_case(tmp_path / "case.toml").report
+    assert report["diagnosis"]["verdict"] == "adequate"
+    assert report["error"]["after"] < 1.1 * report["error"]["floor"]
+    found = [mode["natural_frequency_hz"]["value"] for mode in report["modes"]]
+    for pitch in truth["frequency_hz"][:2]:
+        assert np.abs(np.array(found) / pitch - 1).min() < 0.002
+
+
+@pytest.mark.slow
 def test_a_trifle_that_tells_all_that_is_off_ahead_counts(tmp_path):
     """A drift, or its twin, beside a rub: which of them ends first turns on the last digits."""
     make("two:dry_friction+stiffness_drift", 460175, tmp_path)
