@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from core.data import Material, Surface, TetMesh
-from core.elasticity import assemble, hold
+from core.elasticity import assemble, held_part, hold
 from core.errors import CoreError
 from core.modes import solve_modes
+from core.rim import along_rim
 from core.tetrahedralize import tetrahedralize
 
 
@@ -31,6 +32,7 @@ def too_high(mesh: TetMesh, surface: Surface, pinned: np.ndarray, stuff: tuple) 
     `stuff`: Poisson ratio and element; the density scales both alike.
     """
     material, element = Material(1000.0, stuff[0]), stuff[1]
+    mesh = along_rim(mesh, held_part(surface, pinned))
     pitch = [
         solve_modes(hold(assemble(mesh, material, one), surface, pinned), 1).frequency[0]
         for one in (element, HIGHER[element])

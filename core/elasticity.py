@@ -3,6 +3,7 @@
 Displacements u are (P, 3) m or flattened (3P,), x0 y0 z0 x1 ...
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,22 +79,40 @@ def hold(
     outside = face_points(model)
     places = model.points[outside]
     size = boundary(model.mesh).edge_length
-    face, bary, gap = nearest_face(places, surface.vertices, surface.faces)
-    closest = np.einsum("nk,nki->ni", bary, surface.vertices[surface.faces[face]])
-    held = np.zeros(len(places), bool)
-    for region in regions:
-        held |= region.contains(closest) | region.contains(places)
-    whole = pins[surface.faces].all(axis=1)
-    if regions:  # corners held at two ends do not hold the side between them
-        middles = surface.vertices[surface.faces].mean(axis=1)
-        whole &= np.logical_or.reduce([region.contains(middles) for region in regions])
-    if whole.any():
-        held |= nearest_face(places, surface.vertices, surface.faces[whole])[2] <= gap + HAIR * size
-    lone = np.flatnonzero(pins & ~np.isin(np.arange(len(pins)), surface.faces[whole]))
+    held = held_part(surface, pins, regions)(places, HAIR * size)
+    lone = np.flatnonzero(
+        pins & ~np.isin(np.arange(len(pins)), surface.faces[_whole(surface, pins, regions)])
+    )
     if lone.size:
         distance, nearest = cKDTree(places).query(surface.vertices[lone])
         held[nearest[distance <= size]] = True
     return hold_points(model, outside[held])
+
+
+def held_part(surface: Surface, pinned_vertices: np.ndarray, regions: tuple = ()) -> Callable:
+    """(places (n, 3) m, hair m) -> (n,) bool: what `hold` holds, but for single vertices."""
+    whole = _whole(surface, pinned_vertices, regions)
+
+    def held(places: np.ndarray, hair: float = 0.0) -> np.ndarray:
+        face, bary, gap = nearest_face(places, surface.vertices, surface.faces)
+        closest = np.einsum("nk,nki->ni", bary, surface.vertices[surface.faces[face]])
+        out = np.zeros(len(places), bool)
+        for region in regions:
+            out |= region.contains(closest) | region.contains(places)
+        if whole.any():
+            out |= nearest_face(places, surface.vertices, surface.faces[whole])[2] <= gap + hair
+        return out
+
+    return held
+
+
+def _whole(surface: Surface, pins: np.ndarray, regions: tuple) -> np.ndarray:
+    """(F,) bool: triangles that are pinned altogether."""
+    whole = np.asarray(pins, bool)[surface.faces].all(axis=1)
+    if regions:  # corners held at two ends do not hold the side between them
+        middles = surface.vertices[surface.faces].mean(axis=1)
+        whole &= np.logical_or.reduce([region.contains(middles) for region in regions])
+    return whole
 
 
 def hold_points(model: ElasticModel, points: np.ndarray) -> ElasticModel:

@@ -17,6 +17,7 @@ from .case import read_case
 from .data import Case, ElasticModel, Motion, TetMesh, replace
 from .diagnosis import diagnose
 from .effects import mesh_stiffening
+from .elasticity import held_part
 from .examine import examine
 from .findings import Findings
 from .joint import Heard, hear, laid_bare
@@ -26,6 +27,7 @@ from .near_camera import as_seen_nearby
 from .play import motion
 from .rehear import second_hearing
 from .residual import noise_share
+from .rim import along_rim
 from .ringdown import find_release
 from .side_by_side import meanwhile
 from .signatures import budget
@@ -84,9 +86,10 @@ def calibrate_case(
     say(0.0, "Reading the case")
     case = read_case(path, progress=lambda f, text: say(0.15 * f, text))
     say(0.15, "Cutting the body into tetrahedra")
-    mesh, warnings = kept_or_cut(
+    cut, warnings = kept_or_cut(
         case.surface, elements or ELEMENTS, tets, lambda f, text: say(0.15 + 0.25 * f, text)
     )
+    mesh = along_rim(cut, held_part(case.surface, case.pinned, case.pin_regions))
     say(0.4, "Solving the modes")
     body = build_body(case, bare_model(case, mesh, element), case.takes[0])
 
@@ -120,7 +123,7 @@ def calibrate_case(
     data = final.law.takes[final.law.fitted[0]]
     d = data.take.recording.values.shape[2]
     if tets is not None:  # not before: what is refused leaves nothing behind
-        save_tets(tets, mesh, key(case.surface, elements or ELEMENTS), warnings)
+        save_tets(tets, cut, key(case.surface, elements or ELEMENTS), warnings)
     modulus = report["youngs_modulus"]["apparent"]["value"]
     say(1.0, "Done")
     return Result(

@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from .data import ElasticModel, Material, Surface, TetMesh
-from .elasticity import assemble, hold
+from .elasticity import assemble, held_part, hold
 from .errors import CaseError
 from .files import written_whole
 from .modes import solve_modes
 from .pins import Box, Region, Sphere, held_vertices, vertices_region
+from .rim import along_rim
 from .stiffening import converged_eigenvalues, stiffening
 from .surface import read_surface
 from .tetrahedralize import tetrahedralize
@@ -63,7 +64,7 @@ def study_mesh(
 
 
 def study(
-    surface: Surface,
+    cut: Callable[[int], TetMesh],
     build: Callable[[TetMesh, str], ElasticModel],
     resolutions: tuple[int, ...],
     *,
@@ -71,12 +72,12 @@ def study(
     count: int = 5,
     progress: Progress | None = None,
 ) -> list[Row]:
-    """`study_mesh` at several numbers of tetrahedra, coarsest first."""
+    """`study_mesh` at several numbers of tetrahedra, coarsest first; `cut` makes such a mesh."""
     rows = []
     for step, asked in enumerate(sorted(resolutions)):
         if progress:
             progress(step / len(resolutions), f"{asked} tetrahedra")
-        rows += study_mesh(build, tetrahedralize(surface, asked)[0], elements, count)
+        rows += study_mesh(build, cut(asked), elements, count)
     return rows
 
 
@@ -182,7 +183,12 @@ def stiffening_main(args: Namespace, progress: Progress | None = None) -> str:
     def build(mesh: TetMesh, element: str) -> ElasticModel:
         return hold(assemble(mesh, material, element), surface, pinned, regions)
 
-    rows = study(surface, build, resolutions, count=args.modes, progress=progress)
+    held = held_part(surface, pinned, regions)
+
+    def cut(asked: int) -> TetMesh:
+        return along_rim(tetrahedralize(surface, asked)[0], held)
+
+    rows = study(cut, build, resolutions, count=args.modes, progress=progress)
     args.out.mkdir(parents=True, exist_ok=True)
     with written_whole(args.out / "stiffening.json") as draft:
         draft.write_text(json.dumps([asdict(row) for row in rows], indent=1) + "\n")
