@@ -10,6 +10,7 @@ import numpy as np
 from .pencil import evenly, shift_poles, signal_space, thinned
 from .significance import (
     CHANCE,
+    CLEARED,
     CYCLES,
     FADED,
     MATERIAL,
@@ -52,7 +53,10 @@ def model_of(record: Record, poles: Poles, degree: int, iterations: int = ITERAT
 
 def select(record: Record, most: int) -> Model:
     """The model with as many modes, up to `most`, and as much trend as the data ask for."""
-    best = _pruned(record, _start(record, most))
+    start = _start(record, most)
+    best = _pruned(record, start)
+    if not best.modes and _swings(record, start):
+        best = _loudest(record, start)
     for _ in range(most + DEGREE + 2):
         grown = _grown(record, best, most)
         if grown is None:
@@ -62,6 +66,23 @@ def select(record: Record, most: int) -> Model:
             break
         best = grown
     return model_of(record, best.fit.poles, best.degree)
+
+
+def _swings(record: Record, model: Model) -> bool:
+    """Whether the model's modes are nearly all that moves.
+
+    What stops a swing short, or bends its pitch, is no sum of a few that die away, so that none of
+    them may be needed beside what it leaves; but of noise no sum tells nearly all.
+    """
+    motion = np.nansum((record.y - np.nanmean(record.y, axis=0)) ** 2)
+    return bool(model.modes and np.nansum(model.fit.residual**2) < (1 - CLEARED) * motion)
+
+
+def _loudest(record: Record, model: Model) -> Model:
+    """The one mode, near one of the model's, that takes most by itself."""
+    p, none = model.fit.poles, np.zeros(0)
+    each = [Poles(p.decay[[k]], p.omega[[k]], none) for k in range(model.modes)]
+    return min((model_of(record, one, 0, TRIAL) for one in each), key=lambda m: m.fit.cost)
 
 
 # --- where to start -------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from core import varpro
 from core.data import poles
@@ -402,3 +403,36 @@ def test_a_pole_that_dies_within_a_frame_is_no_overflow(decay):
         found = varpro.fit(t, y, np.ones((60, 1)), start, noise=np.full(2, 0.01))
     assert found.poles.omega[0] == pytest.approx(40, rel=0.02)
     assert np.isfinite(found.amplitude).all()
+
+
+def test_what_a_stop_cuts_short_swings_nevertheless():
+    """Two modes before a hard stop: no sum of a few dying swings, and not one of them is needed."""
+    f, z, gap, hard = (
+        np.array([5.789457, 15.723984]),
+        np.array([0.0074717, 0.0275387]),
+        2.4692e-3,
+        2.29322e5,
+    )
+    w, tip = 2 * np.pi * f, np.array([1.0, 0.537869])
+
+    def pushed(_, state):
+        q, v = state[:2], state[2:]
+        return np.r_[v, -(w**2) * q - 2 * z * w * v + tip * hard * max(-gap - q @ tip, 0)]
+
+    t = np.arange(1818) / 400
+    go = solve_ivp(
+        pushed, (0, t[-1]), [5e-3, 0, 0, 0], t_eval=t, rtol=1e-8, atol=1e-10, max_step=2e-4
+    )
+    shapes = np.array([np.linspace(0.1, 1, 8), np.linspace(-1, 1, 8)])
+    y = go.y[:2].T @ shapes + 1e-6 * np.random.default_rng(57).standard_normal((len(t), 8))
+    found = invert(t, y, noise=np.full(8, 1e-6))
+    assert len(found.frequency) >= 1
+    assert abs(found.frequency[0] / f[0] - 1) < 0.1
+
+
+@pytest.mark.parametrize("seed", [3, 11])
+def test_a_walk_that_no_few_swings_tell_has_none(seed):
+    rng = np.random.default_rng(seed)
+    walk = np.cumsum(rng.standard_normal((600, 4)), axis=0)
+    y = walk + 0.1 * rng.standard_normal(walk.shape)
+    assert not len(invert(np.arange(600) / 60, y, noise=np.full(4, 0.1)).frequency)
