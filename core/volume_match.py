@@ -1,8 +1,9 @@
-"""A coarse mesh with the volume of the surface that it was cut from.
+"""A coarse mesh with the girth and the volume of the surface that it was cut from.
 
-Flat faces cut off a round body, by some per cent where the tetrahedra are few; mass and pitch err
-by as much. The boundary's nodes move out (or in) by what their faces miss, in proportion, until
-the volume is the surface's; flat sides stay where they are.
+Flat faces cut off a round body, by some per cent where the tetrahedra are few, and more off its
+thin parts; mass and pitch err by as much. The boundary's nodes move until their faces miss the
+surface by nothing on the mean, and then out (or in) by what is missed, in proportion, until the
+volume is the surface's; flat sides stay where they are.
 """
 
 import numpy as np
@@ -11,6 +12,11 @@ from .data import Surface, TetMesh, tet_volumes
 from .surface import closest_point, diagonal, enclosed_volume, simplified
 
 FACES = np.array([(1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1)])  # outward for positive tets
+INNER = np.full((3, 3), 1 / 6) + np.eye(3) / 2  # barycentric, where a face is compared
+STEPS, SOFT = 5, 0.01  # towards the surface; what holds a node, of its faces, where none pulls it
+LEAST = 0.1  # of its way: a node that may not go so far stays
+KEPT = 0.25  # of a tetrahedron's volume
+FAR = 0.3  # edges of its face, beyond which the nearest surface is another part of the body
 MOST = 3.0  # times the gap: beyond, the gap is not why the volume differs
 
 
@@ -25,22 +31,57 @@ def boundary_faces(mesh: TetMesh) -> np.ndarray:
 def outward_gaps(mesh: TetMesh, surface: Surface) -> tuple[np.ndarray, np.ndarray]:
     """Of each node: area-weighted normal (N, 3) of its faces, and how far outside them the surface
 
-    lies (N,) m, at the faces' centres. Both zero within the body.
+    lies (N,) m, on the mean. Both zero within the body.
     """
     faces = boundary_faces(mesh)
-    a, b, c = (mesh.nodes[faces[:, i]] for i in range(3))
-    area = np.cross(b - a, c - a) / 2
-    size = np.linalg.norm(area, axis=1)
-    centre = (a + b + c) / 3
-    away = closest_point(surface, centre)[0] - centre
-    gap = np.einsum("fi,fi->f", away, area) / np.where(size > 0, size, 1)
+    facing, size, gap = _missed(mesh.nodes[faces], surface)
     normal, weight, mean = np.zeros((len(mesh.nodes), 3)), *np.zeros((2, len(mesh.nodes)))
     for i in range(3):
-        np.add.at(normal, faces[:, i], area)
+        np.add.at(normal, faces[:, i], size[:, None] * facing)
         np.add.at(weight, faces[:, i], size)
         np.add.at(mean, faces[:, i], size * gap)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     return normal / np.where(length > 0, length, 1), mean / np.where(weight > 0, weight, 1)
+
+
+def _missed(corners: np.ndarray, surface: Surface):
+    """Of triangles (F, 3, 3): normals (F, 3), areas (F,), and how far outside the surface lies (F,)
+    m, on the mean; nought where it is another part of the body that is the nearest.
+    """
+    a, b, c = corners.transpose(1, 0, 2)
+    area = np.cross(b - a, c - a) / 2
+    size = np.linalg.norm(area, axis=1)
+    normal = area / np.where(size > 0, size, 1)[:, None]
+    places = INNER @ corners  # (F, 3, 3)
+    away = closest_point(surface, places.reshape(-1, 3))[0].reshape(places.shape) - places
+    far = np.linalg.norm(away, axis=2).max(axis=1) > FAR * np.sqrt(size)
+    return normal, size, np.where(far, 0.0, np.einsum("fqi,fi->f", away, normal) / len(INNER))
+
+
+def with_girth(mesh: TetMesh, surface: Surface) -> TetMesh:
+    """`mesh` with its boundary moved so that on the mean the faces about each node lie on the
+    surface.
+
+    A node moves as its faces ask for, each along its own normal (Garland and Heckbert, SIGGRAPH
+    1997, 3): on the rim of a flat foot only within the foot. It goes no further than where every
+    tetrahedron keeps a share of its own volume.
+    """
+    faces, nodes = boundary_faces(mesh), mesh.nodes.copy()
+    on = np.unique(faces)
+    for _ in range(STEPS):
+        normal, size, gap = _missed(nodes[faces], surface)
+        outer = size[:, None, None] * normal[:, :, None] * normal[:, None]
+        pull, hold = np.zeros((len(nodes), 3)), np.zeros((len(nodes), 3, 3))
+        for corner in faces.T:
+            np.add.at(pull, corner, (size * gap)[:, None] * normal)
+            np.add.at(hold, corner, outer + SOFT * size[:, None, None] * np.eye(3))
+        nodes[on] += np.linalg.solve(hold[on], pull[on][:, :, None])[:, :, 0]
+    share, way = np.ones((len(nodes), 1)), nodes - mesh.nodes  # of its way, that each node goes
+    least = KEPT * tet_volumes(mesh.nodes, mesh.tets)
+    while (thin := tet_volumes(mesh.nodes + share * way, mesh.tets) <= least).any():
+        back = np.unique(mesh.tets[thin])
+        share[back] = np.where(share[back] > LEAST, share[back] / 2, 0.0)
+    return TetMesh(mesh.nodes + share * way, mesh.tets)
 
 
 def with_volume(mesh: TetMesh, surface: Surface, volume: float) -> TetMesh:

@@ -9,12 +9,19 @@ import numpy as np
 import pytest
 
 from core import tetwild
-from core.data import Surface, tet_volumes
+from core.data import Surface, TetMesh, tet_volumes
 from core.errors import Cancelled, MeshError
 from core.surface import closest_point, diagonal, enclosed_volume
 from core.tetrahedralize import TetReport, tet_quality, tetrahedralize
 from core.tetwild import run_tetwild
-from core.volume_match import boundary_faces, solid_volume, winding_numbers, with_volume
+from core.volume_match import (
+    boundary_faces,
+    solid_volume,
+    winding_numbers,
+    with_girth,
+    with_volume,
+)
+from tests.core.solids import block
 from tests.core.surfaces import box, scan, sphere
 from tests.seeded_tetwild import where_it_draws
 
@@ -223,3 +230,40 @@ def test_a_number_missed_is_told_as_it_is_whichever_way_it_was_missed():
 def test_the_meshes_of_the_tests_are_the_same_in_every_run(ball):
     first, second = (run_tetwild(ball[0], 0.15, 2e-3) for _ in range(2))
     assert np.array_equal(first[0], second[0]) and np.array_equal(first[1], second[1])
+
+
+def rod(sides: int, length=0.1, radius=0.01) -> Surface:
+    """A closed cylinder along x."""
+    turn = 2 * np.pi * np.arange(sides) / sides
+    ring = radius * np.column_stack([np.cos(turn), np.sin(turn)])
+    ends = [np.column_stack([np.full(sides, x), ring]) for x in (0.0, length)]
+    vertices = np.vstack([*ends, [[0, 0, 0]], [[length, 0, 0]]])
+    i, j = np.arange(sides), (np.arange(sides) + 1) % sides
+    side = np.vstack([np.c_[i, j, j + sides], np.c_[i, j + sides, i + sides]])
+    caps = np.vstack(
+        [np.c_[j, i, 0 * i + 2 * sides], np.c_[i + sides, j + sides, 0 * i + 2 * sides + 1]]
+    )
+    return Surface(vertices, np.vstack([side, caps])[:, ::-1])
+
+
+def test_a_coarse_rod_gets_the_girth_of_the_round_one_and_keeps_its_ends_flat():
+    mesh = block((12, 2, 2), (0.1, 2.0, 2.0))
+    y = mesh.nodes[:, 1:] - 1
+    y = 0.01 * y * (np.abs(y).max(axis=1) / np.maximum(np.linalg.norm(y, axis=1), 1e-9))[:, None]
+    octagon = TetMesh(np.column_stack([mesh.nodes[:, 0], y]), mesh.tets)
+    surface = rod(240)
+    assert octagon.volume / enclosed_volume(surface) < 0.91
+    found = with_girth(octagon, surface)
+    assert found.volume == pytest.approx(enclosed_volume(surface), rel=5e-3)
+    for x in (0.0, 0.1):
+        end = np.abs(mesh.nodes[:, 0] - x) < 1e-9
+        assert np.abs(found.nodes[end, 0] - x).max() < 2e-4
+    assert (
+        tet_volumes(found.nodes, found.tets) > tet_volumes(octagon.nodes, octagon.tets) / 4
+    ).all()
+
+
+def test_a_box_stays_as_it_is_where_it_gets_its_girth():
+    mesh = block((4, 2, 3), (0.4, 0.2, 0.3), jitter=0.2)
+    skin = boundary_faces(mesh)
+    assert np.abs(with_girth(mesh, Surface(mesh.nodes, skin)).nodes - mesh.nodes).max() < 1e-12
