@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .base import Effect, as_declared, companion, of_takes, ring, shared, unlike_damping
+from .base import SAME_SHAPE, Effect, as_declared, companion, of_takes, ring, shared, unlike_damping
 
 MOST = 1.15  # ratio of the damping ratios of two modes of one pitch
 LOSS, ACROSS = 1.5, 0.1  # the same, where no more of the one's motion goes along the other
@@ -47,9 +47,15 @@ def _split(found, at: Where, gap: float) -> str:
 
 def _mimics(found, at: Where, gap: float) -> str:
     """A pair that lies apart by itself may look alike from one side, and then leaves nothing."""
-    if gap > SPREAD and found.chi2 < NOTHING * found.samples:
+    if gap > SPREAD and found.chi2 < NOTHING * found.samples and _looks_alike(found, at.k):
         return ""
     return companion(found, at.k, at.condition, at.take)
+
+
+def _looks_alike(found, k: int) -> bool:
+    """Whether the channels see the computed directions of mode k's pair move as one."""
+    seen = np.linalg.svd(found.law.ways[k], compute_uv=False)
+    return len(seen) < 2 or bool(seen[1] ** 2 < (1 - SAME_SHAPE) * seen[0] ** 2)
 
 
 def another_motion(found, k: int, condition: int = 0, take: int = 0, pitch: int = 0) -> str:

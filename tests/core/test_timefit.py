@@ -23,6 +23,7 @@ from core.effects import (
     dry_friction,
     large_amplitude,
     lost_frames,
+    partner,
     relaxation,
     split_modes,
     stiffness_drift,
@@ -626,6 +627,14 @@ def test_a_split_within_three_sigma_of_what_meshes_split_by_is_none(spread, name
 def test_a_split_of_the_same_shape_is_one_where_a_camera_may_see_both_ways_alike(flat, left, named):
     one = split(0.08, left=left, across=False, flat=flat)
     assert bool(split_modes.veto(one)) is not named
+
+
+@pytest.mark.parametrize(("other", "kept"), [([0.9, 0.5], True), ([-0.5, 1.0], False)])
+def test_a_partner_of_the_same_shape_is_one_where_the_channels_see_both_ways_alike(other, kept):
+    """Else a mode beside itself tells any swing that falls otherwise than it should."""
+    one = split(0.003, across=False)
+    one.law.ways = (np.array([[1.0, 0.5], other]).T,)
+    assert bool(partner.partner(partner.Where(0, 5.0, 0.02), 0.004).veto(one)) is not kept
 
 
 @pytest.mark.parametrize(
