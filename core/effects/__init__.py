@@ -29,6 +29,7 @@ TIME_EFFECTS = (
     dry_friction.EFFECT,
     air_drag.EFFECT,
     large_amplitude.EFFECT,
+    large_amplitude.OVERALL,
     asymmetric_stiffness.EFFECT,
     contact.ABOVE,
     contact.BELOW,

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from core.effects import air_drag, contact, dry_friction, large_amplitude, stiffness_drift
 from core.effects.base import Setting
@@ -72,6 +73,27 @@ def test_pitch_follows_the_square_of_the_amplitude(shift):
         pitch = (len(at) - 1) / (at[-1] - at[0])
         expected = shift * (amplitude / AMPLITUDE) ** 2
         assert abs(pitch / 5.0 - 1 - expected) < 2.5 * expected**2 + 1e-4
+
+
+@pytest.mark.parametrize("shift", [0.05, -0.05])
+def test_a_body_that_hardens_all_over_swings_by_its_strain_energy(shift):
+    """Two modes that hang together by what both strain, by another integrator."""
+    omega, ratio = OMEGA[0] * np.array([1.0, 1.7]), np.array([1.0, 0.6])  # m_1 / m_k
+    start = np.array([[0.8 * AMPLITUDE, 0.5 * AMPLITUDE], [0.0, 0.1 * OMEGA[0] * AMPLITUDE]])
+
+    def pull(_, state):
+        u, v = state[:2], state[2:]
+        energy = (omega**2 * u**2 / ratio).sum() / omega[0] ** 2
+        return np.r_[v, -(omega**2) * u * (1 + (8 / 3) * shift * energy / AMPLITUDE**2)]
+
+    time = np.linspace(0, 3, 3001)
+    exact = solve_ivp(pull, (0, 3), start.ravel(), t_eval=time, rtol=1e-9, atol=1e-12).y[:2].T
+    two = replace(setting(), omega=omega, zeta=np.zeros(2), couple=np.ones(2), masses=ratio)
+    forces = [(large_amplitude.OVERALL, np.array([[shift, 0.0]]))]
+    u, _, _ = swing(omega[None], np.zeros((1, 2)), start[None], time[None], forces, two)
+    assert np.abs(u[0] - exact).max() < 0.02 * AMPLITUDE
+    plain, _ = free_swing(omega[None], np.zeros((1, 2)), start[None], time[None])
+    assert np.abs(plain[0] - exact).max() > 0.5 * AMPLITUDE
 
 
 def test_dry_friction_takes_the_same_from_every_cycle():
