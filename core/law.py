@@ -160,6 +160,14 @@ class TimeFit:
         return [float(s * np.abs(u).max()) for s, u in zip(there, self.motions[0].T, strict=True)]
 
     @property
+    def loudest(self) -> int:
+        """Which mode moves its reference most in the first fitted take, rms: one that starts large
+        and dies at once may be none.
+        """
+        there = np.abs(np.einsum("kc,kc->k", self.law.gauge(0), self.shapes))
+        return int(np.argmax(there * np.sqrt((self.motions[0] ** 2).mean(axis=0))))
+
+    @property
     def sizes_off(self) -> np.ndarray:
         """(K,) how far each mode's shape is from its size in the body, relative, in the first
         condition: what a force does in others is worked out by the references of this one.

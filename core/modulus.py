@@ -37,7 +37,7 @@ def find_modulus(heard: Heard, verdict: Verdict, findings: Findings, mesh: tuple
     mesh: two of (m,), as `stiffening` gives them.
     """
     final, first = verdict.final, verdict.chain[0][1]
-    k = int(np.argmax(final.swings))
+    k = final.loudest
     j = heard.match.modes[k] if heard.match.modes[k] is not None else 0
     clear = [(k, j), *((n, i) for n, i in _clear(heard, final) if n != k)]
     carried, own = heard.body.carried or 0.0, heard.body.modes.frequency

@@ -170,7 +170,7 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
     stiff, sigma, element = solved
     true = true_frequency(heard, final)
     young = find_modulus(heard, verdict, findings, (stiff, sigma))
-    first, loudest = verdict.chain[0][1], int(np.argmax(final.swings))
+    first, loudest = verdict.chain[0][1], final.loudest
     told = told_diagnosis(
         heard,
         verdict,
