@@ -16,7 +16,7 @@ from .camera_layer import true_frequency, unfold
 from .case import read_case
 from .data import Case, ElasticModel, Motion, TetMesh, replace
 from .diagnosis import diagnose
-from .effects import mesh_stiffening
+from .effects import added_mass, mesh_stiffening
 from .elasticity import held_part
 from .examine import examine
 from .findings import Findings
@@ -214,6 +214,7 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
             *_foretold_elsewhere(final),
             *filter(None, [told_sizes(final) if findings.verdict == "unexplained" else ""]),
             *filter(None, [without, told_claim(case.claimed_youngs_modulus, young.material)]),
+            *filter(None, [added_mass.told(told["effects"], heard.body.bare.mass.sum() / 3)]),
             *filter(None, [mesh_stiffening.told(stiff, heard.match.modes, true)]),
         ],
     }

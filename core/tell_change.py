@@ -59,16 +59,25 @@ def mesh_pitches(best: Suspect, heard: Heard, stiff: np.ndarray) -> dict[int, fl
 
 
 def sag_lines(ground: Ground, body: Hypothesis) -> list[str]:
-    """How far the marker that sags most does so, measured and as the body would."""
+    """How far the marker that sags most does so, measured and as the body would; and, where that
+    is further off than a sag is known, which clock would make both agree.
+    """
     if body.sag is None:
         return []
     at = int(np.argmax(np.abs(ground.measured.sag)))
     name = ground.data.take.recording.markers[ground.data.marker[at]].name
     unit = "px" if ground.data.take.recording.camera else "m"
-    return [
+    ratio = ground.measured.sag[at] / body.sag[at]
+    line = (
         f"Sag of {name}: {abs(ground.measured.sag[at]):.4g} {unit} measured, "
         f"{abs(body.sag[at]):.4g} {unit} predicted."
-    ]
+    )
+    if ratio > 0 and abs(np.log(ratio)) > SURE * ground.measured.sag_error:
+        line += (
+            f" A capture rate {ratio**-0.5:.3g} times the declared one would mend that, and so "
+            "would another shape without weight; Young's modulus goes by the pitches."
+        )
+    return [line]
 
 
 def _parameters(one: Suspect) -> dict:

@@ -12,6 +12,7 @@ from core.examine import _as_declared, _in_time, _is_able, _mends_all, _unsure
 from core.findings import Findings
 from core.ground import Ground
 from core.modal_layer import Suspect
+from core.tell_change import sag_lines
 
 PITCH = np.array([3.0, 7.0, 11.0])
 SHAPES = np.linalg.qr(np.random.default_rng(4).standard_normal((12, 3)))[0].T
@@ -114,3 +115,31 @@ def test_a_law_of_damping_and_a_needless_split_are_no_effects_beside_a_changed_b
     names = ["structural_damping", *found]
     verdict = SimpleNamespace(effects=[SimpleNamespace(names=(n,)) for n in names], laws=1)
     assert _in_time(verdict, mended) == stay
+
+
+@pytest.mark.parametrize(("clock", "named"), [(1.02, ""), (1.08, "1.08"), (0.8, "0.8")])
+def test_a_sag_that_is_off_tells_the_clock_that_would_mend_it(clock, named):
+    """Pitches that are really `clock` times as high make a body as much stiffer: it sags less."""
+    channels = SimpleNamespace(
+        marker=np.array([0, 1]),
+        take=SimpleNamespace(
+            recording=SimpleNamespace(
+                camera=None, markers=[SimpleNamespace(name=n) for n in ("root", "tip")]
+            )
+        ),
+    )
+    sag = np.array([-1e-3, -4e-3])
+    seen = SimpleNamespace(data=channels, measured=SimpleNamespace(sag=sag, sag_error=0.05))
+    (line,) = sag_lines(seen, SimpleNamespace(sag=sag * clock**2))
+    assert line.startswith("Sag of tip: 0.004 m measured")
+    assert (f"capture rate {named} times" in line) if named else "capture" not in line
+
+
+@pytest.mark.parametrize(("mass", "said"), [(0.3, False), (0.5, True)])
+def test_a_mass_that_is_more_than_the_bodys_own_is_told(mass, said):
+    effects = [
+        {"name": "relaxation", "parameters": {}},
+        {"name": "added_mass", "parameters": {"mass": {"value": mass}}},
+    ]
+    assert bool(added_mass.told(effects, 0.4)) is said
+    assert not added_mass.told(effects[:1], 0.4)
