@@ -90,7 +90,9 @@ def hold(
 
 
 def held_part(surface: Surface, pinned_vertices: np.ndarray, regions: tuple = ()) -> Callable:
-    """(places (n, 3) m, hair m) -> (n,) bool: what `hold` holds, but for single vertices."""
+    """(places (n, 3) m, hair m) -> (n,) bool: what `hold` holds, but for single vertices; hair is
+    how far beside a pinned triangle still counts.
+    """
     whole = _whole(surface, pinned_vertices, regions)
 
     def held(places: np.ndarray, hair: float = 0.0) -> np.ndarray:

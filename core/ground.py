@@ -129,7 +129,7 @@ def _blurred(heard: Heard, final: TimeFit, true: np.ndarray) -> np.ndarray:
     the two: they may sound as one.
     """
     own, matched = heard.body.modes.frequency, list(heard.match.modes)
-    strongest = int(np.argmax(final.swings))
+    strongest = final.loudest
     scaled = np.log(own / own[matched[strongest]] * true[strongest])
     at, others, pitch = scaled[matched][:, None], np.delete(scaled, matched), np.log(true)[:, None]
     gaps, half = np.abs(others - at), final.damping_ratio[:, None]

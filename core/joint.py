@@ -303,7 +303,7 @@ def laid_bare(heard: Heard, found: TimeFit, effects: int) -> TimeFit:
     """
     own = found.law.effects[-effects:]
     known = any(e.layer == "pair" for e in found.law.effects)
-    at_fault = all(e.layer == "camera" and not e.given for e in own)
+    at_fault = all(not e.marched and not e.given for e in own)
     if None not in heard.match.modes and not known and at_fault:
         gaps = gaps_of(heard.match.modes, heard.body)
         found = with_partners(found, gaps, effects)

@@ -156,16 +156,19 @@ class TimeFit:
     @property
     def swings(self) -> list[float]:
         """(K,) m, the most that each mode moves its reference in the first fitted take."""
-        there = np.abs(np.einsum("kc,kc->k", self.law.gauge(0), self.shapes))
-        return [float(s * np.abs(u).max()) for s, u in zip(there, self.motions[0].T, strict=True)]
+        return [float(u) for u in (self._at_reference * np.abs(self.motions[0])).max(axis=0)]
 
     @property
     def loudest(self) -> int:
         """Which mode moves its reference most in the first fitted take, rms: one that starts large
         and dies at once may be none.
         """
-        there = np.abs(np.einsum("kc,kc->k", self.law.gauge(0), self.shapes))
-        return int(np.argmax(there * np.sqrt((self.motions[0] ** 2).mean(axis=0))))
+        return int(np.argmax(self._at_reference * np.sqrt((self.motions[0] ** 2).mean(axis=0))))
+
+    @property
+    def _at_reference(self) -> np.ndarray:
+        """(K,) |m| that each mode moves its reference by, per m of its motion."""
+        return np.abs(np.einsum("kc,kc->k", self.law.gauge(0), self.shapes))
 
     @property
     def sizes_off(self) -> np.ndarray:

@@ -13,6 +13,7 @@ from .refit import MOVED, swapped
 from .timefit import extend, fit, standing
 
 SEEN = 12  # frames in which every channel is there, more than which jumps need
+BELOW = 0.8  # of the strongest mode's pitch, up to which a body's answer to its support is told
 ROUNDS = 3  # of looks for more jumps
 NEAR = 4  # frames between two jumps that may be one
 REFITTED = 5  # looks of a fit with jumps: what it took for a pitch must turn back
@@ -40,9 +41,28 @@ def read_off(start: TimeFit) -> list[Effect]:
         free = frames * data.take.recording.values.shape[2]
         rms = base_motion.size(data, residual) / px_per_metre(data)
         out.append(base_motion.shaken(shared, rms, free))
+        out += _answered(start, free)
         for paths in base_motion.support_paths(law.takes):
             out.append(base_motion.shaken(shared, rms, free, paths))
     return out
+
+
+def _answered(start: TimeFit, free: int) -> list[Effect]:
+    """A support that moves, of which no marker tells, as the computed body answers to it."""
+    law = start.law
+    seen_at, channels = law.setting.support, law.takes[law.fitted[0]].values.shape[1]
+    if seen_at is None or any(t.support.any() or t.values.shape[1] != channels for t in law.takes):
+        return []
+    low = BELOW * law.setting.omega[0] / (2 * np.pi)
+    shared, sizes = [], []
+    for data, predicted in zip(law.takes, start.predicted, strict=True):
+        if not _is_read(data):
+            shared.append(np.zeros_like(data.values))
+            continue
+        moved, size = base_motion.answered_motion(data, data.values - predicted, seen_at, low)
+        shared.append(moved)
+        sizes.append(size)
+    return [base_motion.shaken(tuple(shared), sizes[0], free)]
 
 
 def _is_read(data) -> bool:

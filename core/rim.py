@@ -10,6 +10,7 @@ import numpy as np
 
 from .boundary import boundary
 from .data import TetMesh
+from .elasticity import HAIR
 from .elements.simplex import EDGES, tet_edges
 
 NEAR = 0.1  # of an edge, from its held end: the rim is where the mesh has a node
@@ -17,10 +18,10 @@ LEAST = 0.25  # of an edge, that is cut off one
 HALVINGS = 8  # of an edge, to find the rim on it
 
 
-def along_rim(mesh: TetMesh, held: Callable[[np.ndarray], np.ndarray]) -> TetMesh:
+def along_rim(mesh: TetMesh, held: Callable[..., np.ndarray]) -> TetMesh:
     """The mesh with nodes where its skin's edges leave what is held; its own nodes come first.
 
-    `held` (n, 3) m -> (n,) bool, of places on the skin.
+    `held`: see `held_part`.
     """
     ends, share = _crossings(mesh, held)
     while len(ends):
@@ -29,14 +30,14 @@ def along_rim(mesh: TetMesh, held: Callable[[np.ndarray], np.ndarray]) -> TetMes
     return mesh
 
 
-def _crossings(mesh: TetMesh, held) -> tuple[np.ndarray, np.ndarray]:
+def _crossings(mesh: TetMesh, held: Callable[..., np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """(n, 2) held and free end of the skin's edges that the rim crosses, and where each is cut
     (n,), as a share of it.
     """
-    corners = boundary(mesh).corners
-    nodes = np.unique(corners)
+    skin = boundary(mesh)
+    corners, nodes = skin.corners, np.unique(skin.corners)
     on = np.zeros(len(mesh.nodes), bool)
-    on[nodes] = held(mesh.nodes[nodes])
+    on[nodes] = held(mesh.nodes[nodes], HAIR * skin.edge_length)
     pairs = np.unique(np.sort(corners[:, [(0, 1), (1, 2), (2, 0)]].reshape(-1, 2), axis=1), axis=0)
     pairs = pairs[on[pairs[:, 0]] != on[pairs[:, 1]]]
     ends = np.where(on[pairs[:, :1]], pairs, pairs[:, ::-1])

@@ -13,7 +13,7 @@ from .data import RingDown, poles, replace
 from .elsewhere import elsewhere, unsure
 from .law import Law, TimeFit
 from .match import Match, align, is_driven, likeness, mac, select, turning
-from .residual import NOISY, QUIET
+from .residual import EVIDENCE, NOISY, QUIET
 from .shutter import at_once
 from .timefit import as_it_stands, fit, resized
 from .unheard import PARTED, bare, neighbours
@@ -66,12 +66,13 @@ def settle(
         body = ground.bodies[ground.condition[ground.fitted[0]]]
         computed = body.modes.frequency
         found, turns = _fitted(ground, chosen, matches, tied)
-        for ring in _opened(found, first, computed):
+        heard = chosen[0]
+        for ring in _opened(found, first, computed) if len(matches) == 1 else ():
             again = _in_each(ground, ring)
             other, turned = _fitted(ground, again, matches, tied)
-            if other.chi2 < found.chi2:
+            if other.chi2 < found.chi2 - EVIDENCE:
                 found, turns, chosen = other, turned, again
-        strayed = astray(found, chosen[0].frequency, chosen[0].damping_ratio, loud, aside)
+        strayed = astray(found, heard.frequency, heard.damping_ratio, loud, aside)
         if not strayed.any():
             return found, turns, matches
         kept, tied = np.flatnonzero(~strayed), ()
@@ -80,7 +81,9 @@ def settle(
         matches = {c: match.only(kept) for c, match in matches.items()}
 
 
-def _fitted(ground: Recorded, chosen: list[RingDown], matches: dict[int, Match], tied):
+def _fitted(
+    ground: Recorded, chosen: list[RingDown], matches: dict[int, Match], tied
+) -> tuple[TimeFit, tuple]:
     """The fit of the chosen modes and the turns of every condition."""
     first = matches[ground.condition[ground.fitted[0]]]
     body = ground.bodies[ground.condition[ground.fitted[0]]]
@@ -98,7 +101,7 @@ def _fitted(ground: Recorded, chosen: list[RingDown], matches: dict[int, Match],
 
 
 def _opened(found: TimeFit, match: Match, computed: np.ndarray) -> Iterator[RingDown]:
-    """The poles with two that ran into one another as far apart again as computed (m,).
+    """The poles with two that ran into one another as far apart again as `computed` (m,) Hz.
 
     Two modes at one pitch, of huge swings that cancel, tell almost any slow beat of two others.
     """
@@ -107,7 +110,8 @@ def _opened(found: TimeFit, match: Match, computed: np.ndarray) -> Iterator[Ring
         f, z = found.frequency.copy(), found.damping_ratio.copy()
         gap = np.log(computed[match.modes[k]] / computed[match.modes[j]])
         now = abs(np.log(f[k] / f[j]))
-        if now > ONE * min(z[k], z[j]) or abs(gap) < max(NEARER * now, PARTED):
+        apart = max(NEARER * now, PARTED) < abs(gap) < STRAY
+        if now > ONE * min(z[k], z[j]) or not apart:
             continue
         f[[k, j]] = np.sqrt(f[k] * f[j]) * np.exp([gap / 2, -gap / 2])
         z[[k, j]] = np.sqrt(z[k] * z[j])

@@ -11,6 +11,7 @@ from .modal_layer import Suspect
 from .report import estimate
 from .verdict import Verdict
 
+CLEAR = 3.0  # times the noise of a sample, from which a sag tells of a clock
 NEARLY = 0.8  # of the best one's gain makes a twin
 
 
@@ -67,12 +68,14 @@ def sag_lines(ground: Ground, body: Hypothesis) -> list[str]:
     at = int(np.argmax(np.abs(ground.measured.sag)))
     name = ground.data.take.recording.markers[ground.data.marker[at]].name
     unit = "px" if ground.data.take.recording.camera else "m"
-    ratio = ground.measured.sag[at] / body.sag[at]
     line = (
         f"Sag of {name}: {abs(ground.measured.sag[at]):.4g} {unit} measured, "
         f"{abs(body.sag[at]):.4g} {unit} predicted."
     )
-    if ratio > 0 and abs(np.log(ratio)) > SURE * ground.measured.sag_error:
+    power = body.sag @ body.sag
+    ratio = (ground.measured.sag @ body.sag) / power if power > 0 else 1.0
+    seen = abs(ground.measured.sag[at]) > CLEAR * ground.data.sigma[at]
+    if seen and ratio > 0 and abs(np.log(ratio)) > SURE * ground.measured.sag_error:
         line += (
             f" A capture rate {ratio**-0.5:.3g} times the declared one would mend that, and so "
             "would another shape without weight; Young's modulus goes by the pitches."

@@ -11,7 +11,7 @@ from .errors import MeshError
 from .surface import closest_point, in_morton_order, simplified
 from .tet_search import WITHIN, Size, Trial, chosen, next_guess, settled
 from .tetwild import Crashed, TookTooLong, run_tetwild, stop_if
-from .volume_match import with_girth, with_volume
+from .volume_match import fitted
 
 TRIALS = 8
 LAST_CRASH = 2  # trial from which a crash is an answer, not a reason for a finer epsilon
@@ -106,7 +106,7 @@ def attempt(surface, elements, size, lengths, cancelled, deadline) -> Trial:
     mesh = solid(nodes, tets)
     if mesh is None or size.volume is None:
         return Trial(edge, epsilon, mesh, None)
-    mesh = with_volume(with_girth(mesh, surface), surface, size.volume)
+    mesh = fitted(mesh, surface, size.volume)
     return Trial(edge, epsilon, mesh, mesh.volume / size.volume - 1)
 
 

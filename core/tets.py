@@ -11,10 +11,13 @@ from .data import Surface, TetMesh
 from .files import written_whole
 from .tetrahedralize import tetrahedralize
 
+CUT = "girth"  # how they are cut: those that were kept before that are stale, too
+
 
 def key(surface: Surface, elements: int) -> str:
     """What the tetrahedra were cut from: they are stale when it changes."""
-    digest = hashlib.sha256(np.ascontiguousarray(surface.vertices).tobytes())
+    digest = hashlib.sha256(CUT.encode())
+    digest.update(np.ascontiguousarray(surface.vertices).tobytes())
     digest.update(np.ascontiguousarray(surface.faces).tobytes())
     return f"{digest.hexdigest()[:24]}-{elements}"
 

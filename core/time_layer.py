@@ -306,8 +306,7 @@ def vetoed(found: TimeFit) -> bool:
 
 def _rings_no_more(found: TimeFit) -> bool:
     """Whether the strongest mode, which was heard to ring, is damped as none that rings."""
-    strongest = int(np.argmax(found.swings))
-    return bool(found.damping_ratio[strongest] > DEAD)
+    return bool(found.damping_ratio[found.loudest] > DEAD)
 
 
 def outdone(found: TimeFit) -> bool:

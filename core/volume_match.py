@@ -15,8 +15,8 @@ FACES = np.array([(1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1)])  # outward for po
 INNER = np.full((3, 3), 1 / 6) + np.eye(3) / 2  # barycentric, where a face is compared
 STEPS, SOFT = 5, 0.01  # towards the surface; what holds a node, of its faces, where none pulls it
 LEAST = 0.1  # of its way: a node that may not go so far stays
-KEPT = 0.25  # of a tetrahedron's volume
-FAR = 0.3  # edges of its face, beyond which the nearest surface is another part of the body
+KEPT = 0.5  # of a tetrahedron's volume
+NEAR = 1e-3  # of the volume, to which it is had beside the girth
 MOST = 3.0  # times the gap: beyond, the gap is not why the volume differs
 
 
@@ -36,17 +36,17 @@ def outward_gaps(mesh: TetMesh, surface: Surface) -> tuple[np.ndarray, np.ndarra
     faces = boundary_faces(mesh)
     facing, size, gap = _missed(mesh.nodes[faces], surface)
     normal, weight, mean = np.zeros((len(mesh.nodes), 3)), *np.zeros((2, len(mesh.nodes)))
-    for i in range(3):
-        np.add.at(normal, faces[:, i], size[:, None] * facing)
-        np.add.at(weight, faces[:, i], size)
-        np.add.at(mean, faces[:, i], size * gap)
+    for corner in faces.T:
+        np.add.at(normal, corner, size[:, None] * facing)
+        np.add.at(weight, corner, size)
+        np.add.at(mean, corner, size * gap)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     return normal / np.where(length > 0, length, 1), mean / np.where(weight > 0, weight, 1)
 
 
-def _missed(corners: np.ndarray, surface: Surface):
+def _missed(corners: np.ndarray, surface: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of triangles (F, 3, 3): normals (F, 3), areas (F,), and how far outside the surface lies (F,)
-    m, on the mean; nought where it is another part of the body that is the nearest.
+    m, on the mean.
     """
     a, b, c = corners.transpose(1, 0, 2)
     area = np.cross(b - a, c - a) / 2
@@ -54,13 +54,24 @@ def _missed(corners: np.ndarray, surface: Surface):
     normal = area / np.where(size > 0, size, 1)[:, None]
     places = INNER @ corners  # (F, 3, 3)
     away = closest_point(surface, places.reshape(-1, 3))[0].reshape(places.shape) - places
-    far = np.linalg.norm(away, axis=2).max(axis=1) > FAR * np.sqrt(size)
-    return normal, size, np.where(far, 0.0, np.einsum("fqi,fi->f", away, normal) / len(INNER))
+    return normal, size, np.einsum("fqi,fi->f", away, normal) / len(INNER)
+
+
+def fitted(mesh: TetMesh, surface: Surface, volume: float) -> TetMesh:
+    """`mesh` with the girth of the surface and `volume` m3, or with the volume alone where both
+    cannot be had.
+    """
+    girth = with_girth(mesh, surface)
+    normal, gap = outward_gaps(mesh, surface)
+    sign = np.sign(volume - girth.volume)
+    both = _filled(girth, sign * np.abs(gap)[:, None] * normal, volume)
+    near = abs(both.volume / volume - 1) < NEAR
+    return both if near else with_volume(mesh, surface, volume)
 
 
 def with_girth(mesh: TetMesh, surface: Surface) -> TetMesh:
-    """`mesh` with its boundary moved so that on the mean the faces about each node lie on the
-    surface.
+    """`mesh` with its boundary moved towards where, on the mean, the faces about each node lie on
+    the surface.
 
     A node moves as its faces ask for, each along its own normal (Garland and Heckbert, SIGGRAPH
     1997, 3): on the rim of a flat foot only within the foot. It goes no further than where every
@@ -80,7 +91,7 @@ def with_girth(mesh: TetMesh, surface: Surface) -> TetMesh:
     least = KEPT * tet_volumes(mesh.nodes, mesh.tets)
     while (thin := tet_volumes(mesh.nodes + share * way, mesh.tets) <= least).any():
         back = np.unique(mesh.tets[thin])
-        share[back] = np.where(share[back] > LEAST, share[back] / 2, 0.0)
+        share[back] = np.where(share[back] > 2 * LEAST, share[back] / 2, 0.0)
     return TetMesh(mesh.nodes + share * way, mesh.tets)
 
 
@@ -92,8 +103,12 @@ def with_volume(mesh: TetMesh, surface: Surface, volume: float) -> TetMesh:
     """
     sign = np.sign(volume - mesh.volume)
     normal, gap = outward_gaps(mesh, surface)
-    step = (sign * np.clip(sign * gap, 0, None))[:, None] * normal
-    share, moved = 0.0, mesh.nodes
+    return _filled(mesh, (sign * np.clip(sign * gap, 0, None))[:, None] * normal, volume)
+
+
+def _filled(mesh: TetMesh, step: np.ndarray, volume: float) -> TetMesh:
+    """`mesh` moved along `step` (N, 3) m until it encloses `volume` m3, or as it was."""
+    sign, share, moved = np.sign(volume - mesh.volume), 0.0, mesh.nodes
     for _ in range(20):
         slope = tet_volumes(moved + 1e-3 * step, mesh.tets).sum() - mesh_volume(moved, mesh)
         if not slope * sign > 0:

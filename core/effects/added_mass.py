@@ -282,7 +282,7 @@ def _spread(vertices: np.ndarray, count: int) -> np.ndarray:
 def told(effects: list[dict], own: float) -> str:
     """A line where the mass found among the report's effects is more than the body's `own`, kg."""
     found = sum(e["parameters"]["mass"]["value"] for e in effects if e["name"] == "added_mass")
-    if found <= own:
+    if not found > own:
         return ""
     return (
         f"added_mass: {found:.3g} kg is more than the {own:.3g} kg of the body itself. Check the "

@@ -20,6 +20,7 @@ from .base import Effect, Parameter, as_declared
 FEWEST = 12  # instants at which a support is seen, to tell how it moves
 ALONG, ABOVE = 0.01, 2.0  # power of a way that counts, over that of the largest and of the noise
 BESIDE, MARGIN = 4, 1.3  # neighbours either way of a spectrum's line; noise is no less than this
+UNSEEN = 1e-6  # of the direction that is seen best, squared: what is seen less is not
 SETTLE = "stick a marker on the support, or film something that stands still beside it"
 
 
@@ -74,10 +75,61 @@ def clear(path: np.ndarray, variance: float) -> np.ndarray:
         return np.zeros(len(path))
     whole = np.interp(at, at[known], path[known])
     lines = np.fft.rfft(np.r_[whole, whole[::-1]])  # goes back the way it came: no jump at its end
-    power = uniform_filter1d(np.abs(lines) ** 2, 2 * BESIDE + 1, mode="nearest")
-    floor = MARGIN * 2 * len(path) * variance
-    share = np.clip(1 - floor / np.maximum(power, 1e-300), 0.0, None)
-    return np.fft.irfft(lines * share, 2 * len(path))[: len(path)]
+    lines = lines * _share(lines, variance, len(path))
+    return np.fft.irfft(lines, 2 * len(path))[: len(path)]
+
+
+def answered_motion(data, residual: np.ndarray, seen_at, low: float) -> tuple[np.ndarray, float]:
+    """(T, C) what a support that moves makes of every marker, by what the other ones show, and the
+    rms, m, of how it moves.
+
+    seen_at: Hz -> (C, 3) what the channels see, as the body answers, per m along each axis; from
+    `low` (Hz) on, near its own pitch, it is taken to go along.
+    """
+    T, step = len(residual), float(np.median(np.diff(data.time)))
+    at = np.arange(T)
+    whole = np.stack([np.interp(at, at[k], y[k]) if (k := np.isfinite(y)).any() else 0.0 * at
+                      for y in residual.T])  # fmt: skip
+    ramp = at / (T - 1)
+    ends = whole[:, [0, -1]]
+    whole = whole - ends[:, :1] - (ends[:, 1:] - ends[:, :1]) * ramp
+    # turned about its ends it goes on without a bend, which would look like a blow to the support
+    lines = np.fft.rfft(np.hstack([whole, -whole[:, ::-1]]))  # (C, F)
+    pitch = np.arange(lines.shape[1]) / (2 * T * step)
+    see = np.repeat(seen_at(0.0).real[None], len(pitch), axis=0)  # (F, C, 3)
+    for n in np.flatnonzero(pitch < low):
+        see[n] = seen_at(pitch[n]).real
+    weighed = see / data.sigma[:, None] ** 2
+    gram = np.einsum("fci,fcj->fcij", weighed, see)
+    right = weighed * lines.T[:, :, None]
+    slow = weighed[0][:, :, None] * ends[:, None]  # (C, 3, 2)
+    shared, swing = np.zeros_like(residual), np.zeros((T, 3))
+    for marker in [None, *np.unique(data.marker)]:
+        others = data.marker != marker
+        normal = gram[:, others].sum(axis=1)
+        size = np.trace(normal, axis1=1, axis2=2)[:, None, None]
+        spread = np.linalg.pinv(normal / size, rcond=UNSEEN) / size
+        moved = np.einsum("fij,fj->fi", spread, right[:, others].sum(axis=1))
+        first, last = (spread[0] @ slow[others].sum(axis=0)).T
+        trend = first + ramp[:, None] * (last - first)  # (T, 3)
+        if marker is None:
+            noise = np.einsum("fii->f", spread)[:, None]
+            path = moved * _share(np.linalg.norm(moved, axis=1), noise[:, 0], T)[:, None]
+            swing = trend + np.fft.irfft(path, 2 * T, axis=0)[:T]
+            continue
+        for c in np.flatnonzero(~others):
+            line = np.einsum("fi,fi->f", see[:, c], moved)
+            noise = np.einsum("fi,fij,fj->f", see[:, c], spread, see[:, c])
+            cleared = np.fft.irfft(line * _share(line, noise, T), 2 * T)[:T]
+            shared[:, c] = trend @ see[0, c] + cleared
+    return shared, float(np.sqrt(np.var(swing, axis=0).sum()))
+
+
+def _share(line: np.ndarray, variance: np.ndarray, count: int) -> np.ndarray:
+    """(F,) of each line's power that is above noise of that `variance`; see `clear`."""
+    power = uniform_filter1d(np.abs(line) ** 2, 2 * BESIDE + 1, mode="nearest")
+    floor = MARGIN * 2 * count * variance
+    return np.clip(1 - floor / np.maximum(power, 1e-300), 0.0, None)
 
 
 def support_paths(takes) -> list[dict]:

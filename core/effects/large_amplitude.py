@@ -34,7 +34,8 @@ def force(theta, setting):
 
 def acceleration(theta, setting):
     """The same where all of the body softens or stiffens by what all modes strain it: every mode in
-    its own shape, x^2 the strain energy over that of the first one's swing of a metre.
+    its own shape, x^2 the strain energy over that of the first one's swing of a metre. It never
+    softens so far that nothing is left.
     """
     cubic = (8 / 3) / setting.amplitude**2 * theta[:, 0]
     bend = theta[:, 1] / setting.amplitude**2
@@ -74,5 +75,7 @@ OVERALL = replace(
     EFFECT,
     force=None,
     acceleration=acceleration,
-    requires=lambda setting, takes: "" if len(setting.couple) > 1 else "one mode tells no place",
+    requires=lambda setting, takes: (
+        "" if len(setting.couple) > 1 else "of one mode it is the same law"
+    ),
 )

@@ -442,3 +442,38 @@ def test_the_two_modes_of_a_near_pair_keep_half_their_distance():
     P = np.c_[0 * pitch, pitch, np.full((3, 2), 0.02)]
     off = _ties(law, P)[:, 0]
     assert off[0] == pytest.approx(TIE * 0.005) and off[1] == 0 and off[2] > 0
+
+
+def test_a_support_that_no_marker_shows_is_told_by_how_the_body_answers_to_it():
+    """Two modes on a support that swings slowly both ways, in closed form."""
+    rng = np.random.default_rng(3)
+    fps, T, sigma = 100.0, 600, 2e-6
+    time = np.arange(T) / fps
+    shapes = rng.standard_normal((2, 18))  # six markers, three axes
+    push = np.array([[1.2, 0.1, -0.3], [0.1, 0.7, 0.2]])
+    along = np.tile(np.eye(3), (6, 1))
+
+    def seen_at(frequency):
+        r = frequency / np.array([4.0, 9.0])
+        return along + (shapes.T * (r**2 / (1 - r**2 + 0.04j * r))) @ push
+
+    moved, support = np.zeros((T, 18)), np.zeros((T, 3))
+    for frequency in rng.uniform(0.3, 2.4, 8):
+        way = 1e-4 * rng.standard_normal(3) * np.exp(2j * np.pi * rng.uniform())
+        wave = np.exp(2j * np.pi * frequency * time)[:, None]
+        moved += (wave * (seen_at(frequency) @ way)).real
+        support += (wave * way).real
+    data = SimpleNamespace(
+        time=time,
+        marker=np.repeat(np.arange(6), 3),
+        sigma=np.full(18, sigma),
+        support=np.zeros(18, bool),
+    )
+    noisy = moved + sigma * rng.standard_normal(moved.shape)
+    noisy[rng.uniform(size=T) < 0.03, 4] = np.nan
+    shared, rms = base_motion.answered_motion(data, noisy, seen_at, 3.2)
+    inner = slice(30, -30)
+    stiff = base_motion.common_motion(data, noisy)
+    left, rigid = (np.sqrt(np.mean((one - moved)[inner] ** 2)) for one in (shared, stiff))
+    assert left < 0.1 * rigid
+    assert rms == pytest.approx(np.sqrt(np.var(support, axis=0).sum()), rel=0.05)

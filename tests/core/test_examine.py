@@ -122,6 +122,7 @@ def test_a_sag_that_is_off_tells_the_clock_that_would_mend_it(clock, named):
     """Pitches that are really `clock` times as high make a body as much stiffer: it sags less."""
     channels = SimpleNamespace(
         marker=np.array([0, 1]),
+        sigma=np.full(2, 1e-5),
         take=SimpleNamespace(
             recording=SimpleNamespace(
                 camera=None, markers=[SimpleNamespace(name=n) for n in ("root", "tip")]

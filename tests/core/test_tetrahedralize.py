@@ -16,6 +16,7 @@ from core.tetrahedralize import TetReport, tet_quality, tetrahedralize
 from core.tetwild import run_tetwild
 from core.volume_match import (
     boundary_faces,
+    fitted,
     solid_volume,
     winding_numbers,
     with_girth,
@@ -261,6 +262,53 @@ def test_a_coarse_rod_gets_the_girth_of_the_round_one_and_keeps_its_ends_flat():
     assert (
         tet_volumes(found.nodes, found.tets) > tet_volumes(octagon.nodes, octagon.tets) / 4
     ).all()
+
+
+def prism(sides: int, slices: int, length=0.1, radius=0.01) -> TetMesh:
+    """A rod of so few sides, with an axis, within the round one."""
+    turn = 2 * np.pi * np.arange(sides) / sides
+    ring = np.vstack([[[0.0, 0.0]], radius * np.column_stack([np.cos(turn), np.sin(turn)])])
+    x = np.repeat(np.linspace(0, length, slices + 1), sides + 1)
+    nodes = np.column_stack([x, np.tile(ring, (slices + 1, 1))])
+    i, j = np.arange(sides) + 1, (np.arange(sides) + 1) % sides + 1
+    tets, n = [], sides + 1
+    for s in range(slices):
+        wedge = np.column_stack([0 * i, i, j]) + s * n  # each wedge in three
+        a, b, c = wedge.T
+        tets += [np.c_[a, b, c, c + n], np.c_[a, b, c + n, b + n], np.c_[a, b + n, c + n, a + n]]
+    tets = np.vstack(tets)
+    flipped = tet_volumes(nodes, tets) < 0
+    tets[flipped] = tets[flipped][:, [1, 0, 2, 3]]
+    return TetMesh(nodes, tets)
+
+
+@pytest.mark.parametrize("sides", [3, 4, 5, 6, 9])
+@pytest.mark.parametrize("slices", [5, 14])
+def test_the_fewest_sides_still_get_the_volume_of_the_round_rod(sides, slices):
+    surface, mesh = rod(240), prism(sides, slices)
+    volume = enclosed_volume(surface)
+    assert fitted(mesh, surface, volume).volume == pytest.approx(volume, rel=1e-3)
+
+
+def test_what_lies_beside_a_body_does_not_draw_it():
+    """Two rods closer together than a face is long: each gets its own girth."""
+    one, mesh = rod(120), prism(8, 12)
+    other = Surface(one.vertices + np.array([0, 0.0215, 0]), one.faces)
+    both = Surface(
+        np.vstack([one.vertices, other.vertices]),
+        np.vstack([one.faces, other.faces + len(one.vertices)]),
+    )
+    alone, beside = with_girth(mesh, one), with_girth(mesh, both)
+    assert np.abs(alone.nodes - beside.nodes).max() < 1e-3 * 0.01
+
+
+def test_a_node_that_would_flatten_a_tetrahedron_goes_a_part_of_its_way():
+    mesh, surface = prism(4, 8), rod(240)
+    thin = mesh.nodes.copy()
+    thin[len(thin) // 2 : len(thin) // 2 + 2, 1:] *= 0.05  # slivers on the skin
+    thin = TetMesh(thin, mesh.tets)
+    before, after = (tet_volumes(m.nodes, m.tets) for m in (thin, with_girth(thin, surface)))
+    assert (after > 0.49 * before).all()
 
 
 def test_a_box_stays_as_it_is_where_it_gets_its_girth():

@@ -36,6 +36,7 @@ from core.exchange import _put_in_hope, exchanged_alone
 from core.foils import weakens, weakens_rather
 from core.law import bounds
 from core.linear_part import solve
+from core.match import Match
 from core.outset import begin, outsets
 from core.parameters import parameters
 from core.race import Try, begun, begun_all, ended, race, worth
@@ -43,7 +44,7 @@ from core.read_off import _left, _moved, _nearby, _with_jumps, jumps, read_off
 from core.ready import to_their_end
 from core.refit import turned
 from core.residual import AHEAD, strays
-from core.settle import astray
+from core.settle import _opened, astray
 from core.simulate import COARSE, swing
 from core.sufficiency import (
     ENOUGH,
@@ -1128,3 +1129,34 @@ def test_what_one_marker_does_alone_is_no_return_of_the_body(slides):
     found = raced(declared(channels(moved() + back)), relaxation.EFFECT)
     assert found.chi2 < 1.2 * found.samples
     assert bool(vetoed(found)) == slides
+
+
+def test_the_loudest_mode_is_the_one_that_lasts():
+    law, p = two_modes(1.25)
+    found = fit(law, p, evaluations=40)
+    once = np.array([8.0, 1.0])[None] * np.array([[1.0, 1.0], *[[0.0, 1.0]] * 99])
+    burst = replace(found, motions=(AMPLITUDE * once,))
+    assert np.argmax(burst.swings) == 0 and burst.loudest == 1
+
+
+@pytest.mark.parametrize(
+    ("computed", "modes", "apart"),
+    [
+        ((5.0, 5.1), (0, 1), 0.0198),
+        ((5.0, 5.1), (1, 0), -0.0198),
+        ((5.0, 5.001), (0, 1), 0.0),  # one pitch
+        ((5.0, 6.0), (0, 1), 0.0),  # further than a mode may stray
+        ((5.0, 5.1), (0, None), 0.0),
+    ],
+)
+def test_two_poles_at_one_pitch_are_opened_as_far_as_the_body_parts_them(computed, modes, apart):
+    found = SimpleNamespace(
+        frequency=np.array([5.0, 5.001]),
+        damping_ratio=np.array([0.04, 0.045]),
+        law=SimpleNamespace(fitted=(0,), takes=(SimpleNamespace(sigma=np.ones(3)),)),
+    )
+    rings = list(_opened(found, Match((0, 1), modes), np.array(computed)))
+    assert len(rings) == (apart != 0)
+    for ring in rings:
+        assert np.log(ring.frequency[1] / ring.frequency[0]) == pytest.approx(apart, abs=1e-3)
+        assert np.sqrt(ring.frequency.prod()) == pytest.approx(5.0005, rel=1e-6)
