@@ -216,7 +216,8 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
         shape = real_shapes(amplitude[None])[0][0]
         bodily = float(((q.T @ shape) ** 2).sum() / (shape @ shape))
         beyond_doubt = mac(shape, shapes[0]) < ACROSS and any(
-            abs(np.log(f / scale / body.modes.frequency[j])) < NEARLY and mac(shape, seen[j]) > SURE
+            abs(np.log(f / scale / body.modes.frequency[j])) < NEARLY
+            and likeness(shape, seen, frequency, j) > SURE
             for j in free
         )
         if (
@@ -226,7 +227,7 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
                 mac(shape, shapes[0]) < SAME
                 or any(
                     abs(np.log(f / scale / body.modes.frequency[j])) < APART
-                    and mac(shape, seen[j]) > BODILY
+                    and likeness(shape, seen, frequency, j) > BODILY
                     for j in free
                 )
             )
