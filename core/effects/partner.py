@@ -53,8 +53,9 @@ def _mimics(found, at: Where, gap: float) -> str:
 
 
 def _looks_alike(found, k: int) -> bool:
-    """Whether the channels see the computed directions of mode k's pair move as one."""
-    seen = np.linalg.svd(found.law.ways[k], compute_uv=False)
+    """Whether the channels see the computed directions of mode k's pair, if known, move as one."""
+    ways = found.law.ways
+    seen = np.linalg.svd(ways[k], compute_uv=False) if ways else ()
     return len(seen) < 2 or bool(seen[1] ** 2 < (1 - SAME_SHAPE) * seen[0] ** 2)
 
 
