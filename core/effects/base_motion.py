@@ -2,7 +2,8 @@
 
 Law         y_m += s(t), the same for all markers; where it is the support that moves, the body
             answers along each way a that it goes with q_ka'' + 2 z w q_ka' + w^2 q_ka = -G_ka s_a''
-            as well, G_ka in a free shape
+            as well, G_ka in a free shape where markers on it tell s, and as computed where none
+            does: its steady answer, line by line, well below the body's pitch
 Tells       what is left is common to all markers, those on the support included
 Looks like  mode 1 when the markers sit close together; a marker on the support settles it
 Source      Ewins, Modal Testing (2000), 3.3: the reference must be measured
