@@ -13,7 +13,7 @@ from .data import TetMesh
 from .elasticity import HAIR
 from .elements.simplex import EDGES, tet_edges
 
-NEAR = 0.1  # of an edge, from its held end: the rim is where the mesh has a node
+NEAR = 0.2  # of an edge, from its held end: the rim is where the mesh has a node
 LEAST = 0.25  # of an edge, that is cut off one
 HALVINGS = 8  # of an edge, to find the rim on it
 

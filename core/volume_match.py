@@ -59,8 +59,10 @@ def _missed(corners: np.ndarray, surface: Surface) -> tuple[np.ndarray, np.ndarr
 
 def fitted(mesh: TetMesh, surface: Surface, volume: float) -> TetMesh:
     """`mesh` with the girth of the surface and `volume` m3, or with the volume alone where both
-    cannot be had.
+    cannot be had, or flat faces cut nothing off.
     """
+    if abs(mesh.volume / volume - 1) < NEAR:
+        return with_volume(mesh, surface, volume)
     girth = with_girth(mesh, surface)
     normal, gap = outward_gaps(mesh, surface)
     sign = np.sign(volume - girth.volume)
