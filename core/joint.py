@@ -298,13 +298,13 @@ def _straightened(ground: Recorded, settled: tuple) -> Recorded:
 
 def laid_bare(heard: Heard, found: TimeFit, effects: int) -> TimeFit:
     """The fit with the body's modes that its last so many effects lay bare: other directions of
-    degenerate modes where the camera alone is at fault (a force has `across`), in takes with the
-    first one's loads, and further modes.
+    degenerate modes where none of these is a force (that has `across`) or read off the takes, in
+    takes with the first one's loads, and further modes.
     """
     own = found.law.effects[-effects:]
     known = any(e.layer == "pair" for e in found.law.effects)
-    at_fault = all(not e.marched and not e.given for e in own)
-    if None not in heard.match.modes and not known and at_fault:
+    forced = any(e.marched or e.given for e in own)
+    if None not in heard.match.modes and not known and not forced:
         gaps = gaps_of(heard.match.modes, heard.body)
         found = with_partners(found, gaps, effects)
     return with_further(found, heard.match, heard.body, at=len(found.law.effects) - effects)

@@ -62,9 +62,8 @@ def settle(
     die away while the first mode does.
     """
     while True:
-        first = matches[ground.condition[ground.fitted[0]]]
-        body = ground.bodies[ground.condition[ground.fitted[0]]]
-        computed = body.modes.frequency
+        condition = ground.condition[ground.fitted[0]]
+        first, computed = matches[condition], ground.bodies[condition].modes.frequency
         found, turns = _fitted(ground, chosen, matches, tied)
         heard = chosen[0]
         for ring in _opened(found, first, computed) if len(matches) == 1 else ():
