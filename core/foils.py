@@ -6,8 +6,9 @@ from .law import TimeFit
 from .race import Try, race
 from .refit import swapped
 from .residual import AHEAD, NOISY, QUIET, misfit, strays
+from .screen import screen
 from .time_layer import EVIDENCE, Candidate, judge
-from .timefit import best_fit, fit, screen, sharp
+from .timefit import best_fit, fit, sharp
 
 HALF = 0.5  # of what the best effect leaves is what a sudden change may leave to be the cause
 NEARLY = 0.9  # of what two effects gain over a plain friction, that this law gains

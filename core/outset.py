@@ -12,7 +12,8 @@ import numpy as np
 
 from .effects.base import Effect
 from .law import Law, TimeFit
-from .timefit import beyond, changes, extend, misfits, within
+from .screen import beyond, changes
+from .timefit import extend, misfits, within
 
 PARTS = (1.0, 0.5, 0.25, 0.1)  # of the strength that is asked for: an effect bends as it grows
 SMALL = 0.01  # of a strength, at which what it changes goes with it

@@ -13,7 +13,7 @@ from .parameters import inflation, parameters
 from .report import estimate, estimate_of
 from .residual import Error, errors, noise_share
 from .sufficiency import bends_the_body, loud
-from .verdict import Verdict, probabilities
+from .verdict import Verdict, probabilities, probability
 
 
 def told_modes(
@@ -58,13 +58,6 @@ def told_effects(verdict: Verdict, extra: list[dict]) -> list[dict]:
     final = verdict.final
     own = [c.names[-1] for c in verdict.effects]
     by_name = {e.name: i for i, e in enumerate(final.law.effects)}
-    likely = dict(
-        zip(
-            [c.names[0] for c in verdict.ranked],
-            probabilities(list(verdict.ranked), verdict.chain[0][1]),
-            strict=True,
-        )
-    )
     for name, twins in zip(own, verdict.twins, strict=True):
         out.append(
             {
@@ -72,7 +65,7 @@ def told_effects(verdict: Verdict, extra: list[dict]) -> list[dict]:
                 "parameters": parameters(final, by_name[name])
                 if name in by_name
                 else _damping(final, name),
-                "probability": float(likely.get(name, 0.5)),
+                "probability": probability(verdict, name),
                 "twins": list(twins),
             }
         )

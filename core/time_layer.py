@@ -19,8 +19,9 @@ from .race import Begun, Try, begun_all, ended, worth
 from .read_off import read_off
 from .refit import lighter, swapped
 from .residual import AHEAD, NOISY, bic, misfit, strays
+from .screen import screen
 from .side_by_side import in_step_by_parts
-from .timefit import fit, screen
+from .timefit import fit
 
 EVIDENCE = 20.0  # least gain in BIC (Kass and Raftery 1995 call 10 very strong)
 MATERIAL = 0.005  # least share of the motion's RMS

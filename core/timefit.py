@@ -13,15 +13,13 @@ import numpy as np
 
 from .ahead import ahead
 from .channels import cut
+from .descent import descend
 from .effects.base import FINE, Effect
 from .law import Law, TimeFit, bounds, unpack
 from .linear_part import left_over, march, residuals, solve
 from .side_by_side import may_share, side_by_side
 
 DONE, NEAR = 1e-5, 1e-2  # share of the misfit that a last step gains, at the end and on the way
-HARDER = 6.0  # times as much damping after a refused step; three times so where it did nothing
-IN_VAIN = 1e-3  # of what a refused step lost, by which it did nothing
-FLAT = 2  # refused steps that lost no more than a last look gains, after which a search ends
 LAGS = 1.5  # of the best walk's misfit: one that is more off does not catch up
 MANY = 4  # marched searches that are worth two processes
 MUCH = 5e5  # samples, times numbers searched from all starts: a tenth of a second or more
@@ -30,7 +28,7 @@ GONE = 1e-6  # the same where no effect hangs on the size: below is what roundin
 SAME = 0.0005  # of what its parameters may be: nearer the best walk, one is where that is
 
 
-def _cut(law: Law, horizon: float) -> Law:
+def in_part(law: Law, horizon: float) -> Law:
     """The law with fitted takes no longer than that share of the fitted part: all else is marched
     in vain.
     """
@@ -43,7 +41,8 @@ def _cut(law: Law, horizon: float) -> Law:
     return replace(law, takes=tuple(takes))
 
 
-def _bounds(law: Law):
+def _bounds(law: Law) -> tuple[np.ndarray, np.ndarray]:
+    """(p,) and (p,) between which the parameters lie."""
     K, A = law.modes, law.setting.amplitude
     a, b, _ = law.sizes()
     centre = np.log(law.setting.omega / (2 * np.pi))
@@ -90,7 +89,7 @@ def walked(law: Law, starts, horizons, evaluations: int, most: int = 2, close=(D
     """(p, Jacobian, cost) of the best searches from `starts`, `most` at most, best first."""
     low, high = _bounds(law)
     for horizon in horizons:
-        short = _cut(law, horizon)
+        short = in_part(law, horizon)
         starts = np.clip(_gauged(short, np.array(starts)), low + 1e-12, high - 1e-12)
         end = (evaluations, *close) if horizon == 1.0 else (evaluations, NEAR, 0.0)
         walks = _promising(_descended(short, starts, (low, high), end), high - low, most)
@@ -111,7 +110,7 @@ def _promising(walks: list, reach: np.ndarray, most: int) -> list:
 
 def as_it_stands(law: Law, p: np.ndarray) -> TimeFit:
     """What a fit that ended at `p` says."""
-    ((_, jacobian),) = _look(_cut(law, 1.0), [p], _bounds(law)[1])
+    ((_, jacobian),) = _look(in_part(law, 1.0), [p], _bounds(law)[1])
     return conclude(law, p, jacobian)
 
 
@@ -157,93 +156,29 @@ def _look(law: Law, places: list[np.ndarray], high: np.ndarray) -> list:
 
 
 def _descended(law: Law, starts: np.ndarray, bounds, end: tuple[int, float, float]) -> list:
-    """As `_descend`, half of the searches by each of two processes, where there may be two and they
+    """As `descend`, half of the searches by each of two processes, where there may be two and they
     are work enough: the steps of a march cost much the same for a few of them.
     """
     samples = sum(law.takes[i].values.size for i in law.fitted)
     few = len(starts) < MANY and any(e.marched for e in law.effects)
+    search = partial(descend, partial(_look, law, high=bounds[1]), bounds=bounds, end=end)
     if few or samples * starts.size < MUCH or not may_share():
-        return _descend(law, starts, bounds, end)
+        return search(starts)
     halves = [half for half in np.array_split(starts, 2) if len(half)]
-    done = side_by_side([partial(_descend, law, half, bounds, end) for half in halves])
+    done = side_by_side([partial(search, half) for half in halves])
     return [walk for half in done for walk in half]
-
-
-def _descend(law: Law, starts, bounds, end: tuple[int, float, float]) -> list:
-    """(p, Jacobian, cost) where the search from every start ends; they go in step.
-
-    end: after how many looks, or when a look gains less than that share, or than that.
-    """
-    searches = [_search(p, bounds, end) for p in starts]
-    asked = {i: next(search) for i, search in enumerate(searches)}
-    ended = [None] * len(starts)
-    while asked:
-        seen = _look(law, list(asked.values()), bounds[1])
-        for i, look in zip(list(asked), seen, strict=True):
-            try:
-                asked[i] = searches[i].send(look)
-            except StopIteration as end:
-                ended[i] = end.value
-                del asked[i]
-    return ended
-
-
-def _search(p, bounds, end: tuple[int, float, float]):
-    """Levenberg-Marquardt within bounds (More, Lect. Notes Math. 630 (1978) 105): asks for the
-    residuals and Jacobian at places, returns p, Jacobian, cost.
-
-    The normal equations are of the few searched parameters only, so they are cheap, and scaled to
-    unit diagonal they are well enough conditioned.
-    """
-    low, high = bounds
-    evaluations, enough, close = end
-    r, jacobian = yield p
-    cost, damping, refused, flat = r @ r, 1e-3, np.inf, 0
-    normal, slope, scale = _scaled(jacobian, r)
-    for _ in range(evaluations):
-        stuck = ((p <= low + 1e-12) & (slope > 0)) | ((p >= high - 1e-12) & (slope < 0))
-        H = normal + damping * np.eye(len(p))
-        H[stuck], H[:, stuck] = 0.0, 0.0
-        H[stuck, stuck] = 1.0
-        move = -np.linalg.solve(H, np.where(stuck, 0.0, slope)) / scale
-        trial = np.clip(p + move, low + 1e-12, high - 1e-12)
-        after, tangent = yield trial
-        if after @ after < cost:
-            gain, p, r, jacobian = cost - after @ after, trial, after, tangent
-            cost, damping, refused, flat = r @ r, damping / 8, np.inf, 0
-            normal, slope, scale = _scaled(jacobian, r)
-            if gain < max(enough * cost + 0.05, close):
-                break
-        else:
-            loss = after @ after - cost
-            flat += loss < max(enough * cost, close)
-            in_vain = abs(loss - refused) < IN_VAIN * refused
-            damping, refused = damping * HARDER ** (3 if in_vain else 1), loss
-            if damping > 1e6 or flat > FLAT:
-                break
-    return p, jacobian, cost
-
-
-def _scaled(jacobian: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(p, p) normal matrix with ones on its diagonal, (p,) slope, and by what (p,) both are scaled;
-    where the residuals do not depend on a parameter there is a nought.
-    """
-    normal = jacobian.T @ jacobian
-    scale = np.sqrt(np.diag(normal))
-    scale = np.where(scale > 0, scale, 1.0)
-    return normal / np.outer(scale, scale), jacobian.T @ r / scale, scale
 
 
 def misfits(law: Law, P: np.ndarray, rows: int | None = None) -> np.ndarray:
     """(B,) chi2 at parameters P (B, p), over the first so many `rows` of the residuals: those of
     the samples come before those that hold the references.
     """
-    return (residuals(_cut(law, 1.0), P)[:, :rows] ** 2).sum(axis=1)
+    return (residuals(in_part(law, 1.0), P)[:, :rows] ** 2).sum(axis=1)
 
 
 def at_first(law: Law, starts: np.ndarray, horizon: float) -> np.ndarray:
     """(S,) chi2 where searches from `starts` (S, p) begin, on a share of the fitted part."""
-    short = _cut(law, horizon)
+    short = in_part(law, horizon)
     return (residuals(short, _gauged(short, starts)) ** 2).sum(axis=1)
 
 
@@ -254,34 +189,6 @@ def sharp(found: TimeFit) -> TimeFit:
         return found
     law = replace(law, setting=replace(law.setting, steps=max(FINE, law.setting.steps)))
     return fit(law, found.parameters, evaluations=20)
-
-
-def screen(found: TimeFit, effect: Effect, thetas: list) -> np.ndarray:
-    """Gain in chi2 that each start promises: a score test off the fitted law's tangents (n,).
-
-    The residual's change by the effect, scaled as it likes (Rao, Linear Statistical Inference,
-    1973, 6e); the more promising way of one that acts either way.
-    """
-    ways = (1.0, -1.0) if effect.scales else (1.0,)
-    signed = [(way * t[0], *t[1:]) if effect.scales else t for way in ways for t in thetas]
-    change = beyond(found, changes(found, effect, signed))
-    power = (change**2).sum(axis=1)
-    gain = (change @ found.residuals) ** 2 / np.where(power > 0, power, np.inf)
-    return gain.reshape(len(ways), -1).max(axis=0)
-
-
-def changes(found: TimeFit, effect: Effect, thetas: list) -> np.ndarray:
-    """(n, R) change of the residuals by the effect at each of `thetas`."""
-    law, _ = extend(found, (effect,), [thetas[0]])
-    P = np.vstack([np.r_[found.parameters, np.asarray(theta, float)] for theta in thetas])
-    low, high = _bounds(law)
-    return residuals(_cut(law, 1.0), np.clip(P, low, high)) - found.residuals
-
-
-def beyond(found: TimeFit, change: np.ndarray) -> np.ndarray:
-    """(n, R) changes without what the fitted parameters can take up."""
-    q, _, _ = found.tangents
-    return change - (change @ q) @ q.T
 
 
 def standing(law: Law, p: np.ndarray) -> tuple[float, list]:

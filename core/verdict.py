@@ -60,14 +60,33 @@ def twins_of(candidate: Candidate, others) -> tuple[str, ...]:
 
 
 def probabilities(ranked, declared: TimeFit) -> list[float]:
-    """Of each candidate, tempered: a misfit's independent pieces are its cycles, not its samples.
+    """Of each candidate, that it is the one effect."""
+    return list(_shares([c.found for c in ranked], declared))
+
+
+def probability(verdict: Verdict, name: str) -> float:
+    """That a found effect is there: the final fit against all that were made without it."""
+    before = [found for _, found in verdict.chain[: _place(verdict, name)]]
+    if name not in DAMPING:  # what was raced has the law of damping that was found
+        before += [c.found for c in verdict.ranked if name not in c.names]
+    return float(_shares([verdict.final, *before], verdict.chain[0][1])[0])
+
+
+def _place(verdict: Verdict, name: str) -> int:
+    """Of an effect in the chain; where it is none of its rows, of the last."""
+    rows = [row for row, _ in verdict.chain]
+    return rows.index(name) if name in rows else len(rows) - 1
+
+
+def _shares(fits: list[TimeFit], declared: TimeFit) -> np.ndarray:
+    """(n,) of each fit, tempered: a misfit's independent pieces are its cycles, not its samples.
 
     The likelihood of a fit whose own error is unknown falls as its misfit to the power -n/2, with
     n the cycles of the first mode in the fitted part.
     """
-    if not ranked:
-        return []
+    if not fits:
+        return np.empty(0)
     cycles = declared.law.setting.omega[0] / (2 * np.pi) * declared.law.setting.duration
-    misfits = np.array([c.found.chi2 for c in ranked])
+    misfits = np.array([found.chi2 for found in fits])
     weight = (misfits / misfits.min()) ** (-max(cycles, 4) / 2)
-    return list(weight / weight.sum())
+    return weight / weight.sum()

@@ -10,7 +10,7 @@ from core.all_told import _mimics, cleared, modes_of, tells_all
 from core.data import poles
 from core.effects import large_amplitude, lost_frames
 from core.effects.further_mode import further_mode, pitch_of
-from core.further import _staying
+from core.further import _poles, _staying
 from core.harmonic_inversion import invert
 from core.law import replace
 from core.linear_part import fitted_instants
@@ -273,3 +273,23 @@ def test_a_mode_that_one_take_shows_is_foretold_of_another_as_it_moves_there():
     law, p = extend(found, (further_mode(2.5 * FIRST, 0.03),), [(0.0, 0.03)], 0)
     found = fit(law, p, evaluations=20)
     assert errors(found).held_out < 1.2 * noise_share(found.law.takes, True)
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.4, 0.8, 1.2])
+def test_a_mode_is_one_direction_of_a_pair_however_the_mesh_turned_that(turned):
+    """It rings where an overtone would lie, so its shape must be a computed one's beyond doubt."""
+    found = sounding(2.0)
+    rng = np.random.default_rng(8)
+    both, _ = np.linalg.qr(np.column_stack([OTHER, rng.standard_normal(4)]))
+    turn = np.array([[np.cos(turned), np.sin(turned)], [-np.sin(turned), np.cos(turned)]])
+    pair = turn @ both.T
+    computed = np.array([FIRST, 2 * FIRST, 2.001 * FIRST, 9 * FIRST])
+    seen = np.vstack([SHAPE, pair, rng.standard_normal(4)])
+    body = SimpleNamespace(modes=SimpleNamespace(frequency=computed), seen=lambda data: seen)
+    ((pitch, _),) = _poles(found, 0, SimpleNamespace(modes=(0,)), body)
+    assert pitch == pytest.approx(2 * FIRST, rel=0.01)
+    apart = SimpleNamespace(
+        modes=SimpleNamespace(frequency=computed * [1, 1, 1.2, 1]), seen=lambda data: seen
+    )
+    alone = len(_poles(found, 0, SimpleNamespace(modes=(0,)), apart))
+    assert alone == (turned == 0.0)

@@ -1,13 +1,17 @@
 """A force on one direction of a degenerate pair, integrated here by another rule."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from core.effects import contact, large_amplitude
+from core.effects import contact, large_amplitude, steady_drive
 from core.effects.base import companion
+from core.joint import laid_bare
+from core.match import Match
 from core.pair import across, with_partner
+from core.timefit import extend, fit
 from tests.core.test_simulate import AMPLITUDE
 from tests.core.test_timefit import NOISE, SHAPE, TIME, Stop, W, channels, declared, moved, raced
 
@@ -106,3 +110,19 @@ def test_a_pair_that_a_load_parts_has_a_partner_in_that_take_alone(shape, is_ano
         parted = np.exp(found.parameters[2] - wider.parameters[2]) * (1 + split)
         assert abs(parted - 1) == pytest.approx(0.015, abs=0.002)
         assert damping_ratio == pytest.approx(0.02, rel=0.1)
+
+
+def test_the_other_direction_is_sought_with_a_drive_that_one_rings_beside():
+    """A line at 7.3 Hz, while the pair rings out in both of its directions, 0.4 % apart."""
+    fall = np.exp(-0.02 * W * TIME)
+    line = np.outer(np.sin(2 * np.pi * 7.3 * TIME), 0.2 * AMPLITUDE * (SHAPE + ASIDE))
+    values = moved() + np.outer(AMPLITUDE * fall * np.cos(1.004 * W * TIME + 1.2), ASIDE) + line
+    bare = declared(channels(values))
+    found = fit(*extend(bare, (steady_drive.EFFECT,), [(np.log(7.3),)]), evaluations=40)
+    computed = np.array([5.0, 5.01, 31.0])
+    body = SimpleNamespace(modes=SimpleNamespace(frequency=computed), model=0, bare=1)
+    heard = SimpleNamespace(match=Match((0,), (0,)), body=body)
+    wider = laid_bare(heard, found, 1)
+    assert found.chi2 > 2 * found.samples
+    assert wider.chi2 < 1.1 * wider.samples
+    assert wider.law.effects[-1] is steady_drive.EFFECT

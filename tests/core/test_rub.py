@@ -12,8 +12,9 @@ from core.diagnosis import diagnose
 from core.effects import dry_friction
 from core.race import Try, race
 from core.rub import in_plane
+from core.screen import screen
 from core.time_layer import begins_of
-from core.timefit import fit, screen
+from core.timefit import fit
 from tests.core.test_timefit import AMPLITUDE, NOISE, RATE, TIME, channels
 
 PITCH = np.array([5.0, 6.3])

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core import tetwild
+from core import tets, tetwild
 from core.data import Surface, TetMesh, tet_volumes
 from core.errors import Cancelled, MeshError
 from core.surface import closest_point, diagonal, enclosed_volume
@@ -199,6 +199,16 @@ def test_progress_ends_at_one():
     assert seen[-1] == 1
 
 
+def test_tetrahedra_that_were_cut_in_another_way_are_cut_anew(tmp_path, monkeypatch):
+    bar, kept = box((0.1, 0.03, 0.03)), tmp_path / "kept.npz"
+    mesh = block((2, 1, 1), (0.1, 0.03, 0.03))
+    tets.save_tets(kept, mesh, tets.key(bar, 300), ("as it was",))
+    same, told = tets.kept_or_cut(bar, 300, kept)
+    assert np.array_equal(same.tets, mesh.tets) and told == ("as it was",)
+    monkeypatch.setattr(tets, "CUT", "in another way")
+    assert len(tets.kept_or_cut(bar, 300, kept)[0].tets) > 2 * len(mesh.tets)
+
+
 def test_no_elements_are_refused():
     with pytest.raises(MeshError, match="at least 1"):
         tetrahedralize(box((1, 1, 1)), 0)
@@ -221,9 +231,9 @@ def test_a_scan_of_131072_triangles_is_cut_in_half_a_minute():
 
 
 def test_a_number_missed_is_told_as_it_is_whichever_way_it_was_missed():
-    for tets, asked, step in ((28, 4, "28 or more"), (300, 900, "300 or less")):
-        (told,) = TetReport(asked, tets, 0.0, 0.5, 8, 1.0).warnings
-        assert f"{tets} where {asked} were asked for" in told and step in told
+    for count, asked, step in ((28, 4, "28 or more"), (300, 900, "300 or less")):
+        (told,) = TetReport(asked, count, 0.0, 0.5, 8, 1.0).warnings
+        assert f"{count} where {asked} were asked for" in told and step in told
         assert "8 trials" in told and "detail allow" not in told
 
 

@@ -44,6 +44,7 @@ from core.read_off import _left, _moved, _nearby, _with_jumps, jumps, read_off
 from core.ready import to_their_end
 from core.refit import turned
 from core.residual import AHEAD, strays
+from core.screen import screen
 from core.settle import _opened, astray
 from core.simulate import COARSE, swing
 from core.sufficiency import (
@@ -57,7 +58,7 @@ from core.sufficiency import (
 )
 from core.tell import told_sizes
 from core.time_layer import MATERIAL, judge, vetoed
-from core.timefit import DONE, _gauged, best_fit, extend, fit, misfits, resized, screen, sharp
+from core.timefit import DONE, _gauged, best_fit, extend, fit, misfits, resized, sharp
 from core.verdict import Verdict
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
 
