@@ -13,7 +13,7 @@ from .harmonic_inversion import invert
 from .law import TimeFit, replace, unpack
 from .linear_part import fitted_instants, instants
 from .listen import spread
-from .match import HARMONIC, PAIR, SPLIT, Match, turning
+from .match import ACROSS, HARMONIC, PAIR, SPLIT, Match, mac, turning
 from .shutter import at_once, height, later, overtone
 from .simulate import free_swing
 
@@ -125,7 +125,8 @@ def modes_of(
     theirs = apart.argmin(axis=0)  # the pole of each mode that is fitted
     pairs = turning(match.modes, body.modes.frequency, 2 * PAIR)
     there = [pitch_of(effect, theta) for _, effect, theta in of_take(found, take)]
-    out = []
+    shapes, out = found.shapes_of(take)[:, on], []
+    moves = real_shapes(ring.amplitude)[0][:, on]
     for n, (f, z, amplitude) in enumerate(
         zip(ring.frequency, ring.damping_ratio, ring.amplitude, strict=True)
     ):
@@ -135,10 +136,11 @@ def modes_of(
         near = bool(data.take.loads) and (np.abs(np.log(unmatched / f)) < NEAR).any()
         # or another pair than the one that is left to what parts it
         other = paired and apart[n, pair] > SPLIT and apart[n].argmin() in pairs
-        parted = (loaded or near or other) and n not in theirs and apart[n].min() > PARTED
-        if not parted and (apart[n].min() < APART or (paired and apart[n, pair] < SPLIT)):
+        left = paired and apart[n, pair] < SPLIT
+        beside = not left and mac(moves[n], moves[theirs[apart[n].argmin()]]) < ACROSS
+        parted = (loaded or near or other or beside) and n not in theirs and apart[n].min() > PARTED
+        if not parted and (apart[n].min() < APART or left):
             continue
-        shape = real_shapes(amplitude[None])[0][0][on]
         swings = zip(own, found.damping_ratio, ring.amplitude[theirs], strict=True)
         if any(_rows_sound_so(data, (f, amplitude), swing) for swing in swings):
             continue
@@ -146,7 +148,7 @@ def modes_of(
             damps_alike(f, z, own, found.damping_ratio)
             # a load lowers what is heard first by less than what lies below
             and (loaded or f > lowest)
-            and (near or not _mimics(shape, f, found.shapes_of(take)[:, on], own))
+            and (near or not _mimics(moves[n], f, shapes, own))
         ):
             return []
         out.append((float(f), float(z)))

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import chi2 as chi2_law
 
 from .body import Body
-from .body_error import body_error, leaves, mends, misleads
+from .body_error import SHOWN, body_error, leaves, mends, misleads
 from .camera_layer import camera_effects
 from .compare import PIECES, Hypothesis, Measured
 from .findings import Findings
@@ -75,7 +75,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     doubt = _doubt(verdict)
     # shapes alone, bent by whatever acts in time, name nothing
     needed = doubt if _bends(verdict.final) else DOUBT
-    if _chance(ground.base, ground.measured) > needed:
+    if _chance(ground.base, ground.measured) > needed and not _moves_otherwise(verdict, ground):
         strange = strangers(verdict, ground) if verdict.verdict == "adequate" else None
         if not strange:
             return plain
@@ -85,15 +85,25 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     known_apart = not any(e.marched for e in verdict.final.law.effects)
     known_apart = known_apart or _alike(ground.base.modes, heard)
     plain, ground, ranked = _as_declared(plain, ground, ranked, heard, stiff)
-    chance = _chance(ground.base, ground.measured)
-    if chance > needed:
+    chance, otherwise = _chance(ground.base, ground.measured), _moves_otherwise(verdict, ground)
+    if chance > needed and not otherwise:
         return plain
     able = [s for s in ranked if _is_able(s, ground)]
     if not (known_apart or (able and able[0].hypothesis.chi2 < _pieces(ground))):
         return plain
-    if chance > doubt and not (able and _mends_all(able[0], ground.base, ground.measured)):
+    mended = able and _mends_all(able[0], ground.base, ground.measured)
+    if chance > doubt and not otherwise and not mended:
         return _unsure(plain, [(s.effect.name, _as_found(s, plain, heard, stiff)) for s in able])
     return _changed(plain, ground, verdict, ranked, heard, stiff)
+
+
+def _moves_otherwise(verdict: Verdict, ground: Ground) -> bool:
+    """Whether shapes alone, which nothing that acts in time has bent, are so far off that what was
+    recorded shows it.
+    """
+    if acts(verdict.final) or ground.base.chi2 < CLEAR * _pieces(ground):
+        return False
+    return any(body_error(verdict, ground, ground.base).over(errors(verdict.damped), SHOWN))
 
 
 def _doubt(verdict: Verdict) -> float:

@@ -204,37 +204,37 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
     known = list(own)
     pair = own[law.setting.pair]
     usual = np.median(found.damping_ratio)
-    seen = body.seen(data)[:SPAN, on]
-    q, _ = np.linalg.qr(seen.T)
-    shapes, frequency = found.shapes_of(take)[:, on], body.modes.frequency[:SPAN]
+    seen, frequency = body.seen(data)[:, on], body.modes.frequency
+    q, _ = np.linalg.qr(seen[:SPAN].T)
+    shapes = found.shapes_of(take)[:, on]
     pairs = zip(match.modes, shapes, strict=True)
     # one that has become another mode leaves its own free
-    moved = [j for j, s in pairs if j < SPAN and likeness(s, seen, frequency, j) < ACROSS]
+    moved = [j for j, s in pairs if likeness(s, seen, frequency, j) < ACROSS]
     free = [j for j in range(len(seen)) if j in moved or j not in match.modes]
     out = []
     for f, z, amplitude in zip(ring.frequency, ring.damping_ratio, ring.amplitude, strict=True):
         shape = real_shapes(amplitude[None])[0][0]
         bodily = float(((q.T @ shape) ** 2).sum() / (shape @ shape))
         beyond_doubt = mac(shape, shapes[0]) < ACROSS and any(
-            abs(np.log(f / scale / body.modes.frequency[j])) < NEARLY
+            abs(np.log(f / scale / frequency[j])) < NEARLY
             and likeness(shape, seen, frequency, j) > SURE
             for j in free
         )
         if (
-            f > LOWEST * scale * body.modes.frequency[0]
+            f > LOWEST * scale * frequency[0]
             and ALIKE[0] * usual < z < ALIKE[1] * usual
             and (
                 mac(shape, shapes[0]) < SAME
                 or any(
-                    abs(np.log(f / scale / body.modes.frequency[j])) < APART
+                    abs(np.log(f / scale / frequency[j])) < APART
                     and likeness(shape, seen, frequency, j) > BODILY
                     for j in free
                 )
             )
-            and bodily > BODILY
+            and (bodily > BODILY or beyond_doubt)
             and (
                 abs(np.log(f / own[0])) > BESIDE
-                or any(abs(np.log(f / scale / body.modes.frequency[j])) < NEAR for j in free)
+                or any(abs(np.log(f / scale / frequency[j])) < NEAR for j in free)
             )
             and not (law.setting.paired and abs(np.log(f / pair)) < TWIN)
             and _clear(f, known, beyond_doubt, _bases(found, take, (f, z, amplitude), on))

@@ -118,19 +118,22 @@ def test_where_a_mode_is_not_heard_nothing_is_told():
 
 
 @pytest.mark.parametrize(
-    ("heard", "shown"),
+    ("heard", "own", "shown"),
     [
-        (5.6, False),  # of the pair that is left to what parts it
-        (11.2, True),  # of another pair
-        (23.0, False),  # beside a mode that is none of a pair
+        (5.6, True, False),  # of the pair that is left to what parts it
+        (11.2, True, True),  # of another pair
+        (23.0, True, True),  # beside a mode that is none of a pair, in another way
+        (23.0, False, False),  # in the same way
     ],
 )
-def test_of_two_pairs_the_one_that_is_parted_is_left_to_what_parts_it(heard, shown):
+def test_of_two_pairs_the_one_that_is_parted_is_left_to_what_parts_it(heard, own, shown):
     """Modes at 5, 11 and 22.6 Hz are matched; those at 5 and 11 Hz are computed twice."""
     rng = np.random.default_rng(6)
-    own, shapes = np.array([5.0, 11.0, 22.6]), rng.standard_normal((4, 12))
+    pitches, shapes = np.array([5.0, 11.0, 22.6]), rng.standard_normal((4, 12))
+    if not own:
+        shapes[3] = shapes[2] + 0.3 * shapes[3]
     ring = SimpleNamespace(
-        frequency=np.r_[own, heard],
+        frequency=np.r_[pitches, heard],
         damping_ratio=np.full(4, 0.02),
         amplitude=shapes.astype(complex),
     )
@@ -140,7 +143,7 @@ def test_of_two_pairs_the_one_that_is_parted_is_left_to_what_parts_it(heard, sho
     found = SimpleNamespace(
         law=law,
         theta=[],
-        pitches=lambda take: own,
+        pitches=lambda take: pitches,
         damping_ratio=np.full(3, 0.02),
         shapes_of=lambda take: shapes[:3],
     )
