@@ -13,7 +13,7 @@ from .harmonic_inversion import invert
 from .law import TimeFit, replace, unpack
 from .linear_part import fitted_instants, instants
 from .listen import spread
-from .match import ACROSS, HARMONIC, PAIR, SPLIT, Match, mac, turning
+from .match import HARMONIC, PAIR, SPLIT, Match, mac, turning
 from .shutter import at_once, height, later, overtone
 from .simulate import free_swing
 
@@ -21,7 +21,7 @@ APART = 0.03  # relative, from every known pitch
 PARTED = 0.003  # the same, of a pair that a load on the body parts
 BESIDE = 0.25  # relative, from the strongest mode: nearer, what acts in time makes lines too
 NEAR = 0.1  # of a computed pitch, that a mode beside the strongest one has
-SAME = 0.7  # share along the strongest mode above which it mimics what acts in time
+SAME = 0.7  # share along a mode above which it mimics that, or what acts in time on it
 LOWEST = 0.9  # of the body's lowest pitch
 ALIKE = (0.3, 3.0)  # damping ratio over that of the known modes
 STEEPER = 1.5  # damping ratio over pitch, over the same of the known modes
@@ -137,7 +137,7 @@ def modes_of(
         # or another pair than the one that is left to what parts it
         other = paired and apart[n, pair] > SPLIT and apart[n].argmin() in pairs
         left = paired and apart[n, pair] < SPLIT
-        beside = not left and mac(moves[n], moves[theirs[apart[n].argmin()]]) < ACROSS
+        beside = not left and mac(moves[n], moves[theirs[apart[n].argmin()]]) < SAME
         parted = (loaded or near or other or beside) and n not in theirs and apart[n].min() > PARTED
         if not parted and (apart[n].min() < APART or left):
             continue
@@ -171,8 +171,12 @@ def _rows_sound_so(data: Channels, line: tuple, swing: tuple) -> bool:
 
 def _mimics(shape: np.ndarray, f: float, known: np.ndarray, own: np.ndarray) -> bool:
     """Whether a motion (C,) at `f` Hz goes as the strongest of the `known` modes (K, C) or the pair
-    that it is one of, as what acts in time makes it.
+    that it is one of, as what acts in time makes it: beside that one, or where it has an overtone.
     """
+    times = f / own[0]
+    overtone = max(round(times), 2)
+    if abs(np.log(times)) > BESIDE and abs(times / overtone - 1) > APART:
+        return False
     near = (np.abs(np.log(f / own)) < BESIDE) & (np.abs(np.log(own[0] / own)) < SPLIT)
     near[0] = True
     q, _ = np.linalg.qr(known[near].T)

@@ -23,7 +23,7 @@ UNSEEN = 1e-9  # weight of a channel that shows no mode
 DEPENDENT = 1e-12  # squared sine below which two modes look the same
 MIXING = 0.01  # half of the stiffness that a body may be off by, relatively: over that distance it
 # is the share by which they do
-STRANGE = 9.0  # misfit of a faint mode's pitch from which it is taken for none of the body's, and
+STRANGE = 16.0  # misfit of a faint mode's pitch from which it is taken for none of the body's, and
 # the most that it costs
 LIKE = 0.4  # MAC from which a computed mode may be a measured one
 FIRST = 3  # of the lowest computed modes, that the first measured one may be

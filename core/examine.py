@@ -9,6 +9,7 @@ from .body import Body
 from .body_error import SHOWN, body_error, leaves, mends, misleads
 from .camera_layer import camera_effects
 from .compare import PIECES, Hypothesis, Measured
+from .effects import added_mass
 from .findings import Findings
 from .ground import Ground, ground_of, moved
 from .joint import Heard
@@ -63,8 +64,9 @@ def examine(heard: Heard, verdict: Verdict, stiff: np.ndarray, sigma: np.ndarray
 
 def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     """Compare the final fit's pitches and shapes with the body's, and name what would mend them."""
-    soft, softest = softer(verdict.final)
-    plain = Findings(verdict.verdict, [], [], [], [], stiffer=1 / soft, stiffest=1 / softest)
+    stiffer, stiffest, least = (1 / soft for soft in softer(verdict.final))
+    creep = {"stiffer": stiffer, "stiffest": stiffest, "least_stiff": least}
+    plain = Findings(verdict.verdict, [], [], [], [], **creep)
     condition = heard.condition[verdict.final.law.fitted[0]]
     if heard.turns[condition] is None or verdict.verdict == "refused":
         return replace(plain, advice=[verdict.why] if verdict.why else [])
@@ -89,7 +91,8 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     if chance > needed and not otherwise:
         return plain
     able = [s for s in ranked if _is_able(s, ground)]
-    if not (known_apart or (able and able[0].hypothesis.chi2 < _pieces(ground))):
+    fits = bool(able) and able[0].hypothesis.chi2 < _pieces(ground)
+    if not fits and (chance > needed or not known_apart):
         return plain
     mended = able and _mends_all(able[0], ground.base, ground.measured)
     if chance > doubt and not otherwise and not mended:
@@ -166,10 +169,13 @@ def _changed(plain, ground: Ground, verdict: Verdict, ranked, heard: Heard, stif
     clear = clear and _in_time(verdict, mended) < MANY  # so many together tell anything
     astray = strays(verdict.final, ASTRAY if best.effect.nonlinear else FAR_OFF)
     fits = left <= LEFT and best.hypothesis.chi2 < CLEAR * _pieces(ground)
+    effect = told_change(best, ranked)
+    # nobody overlooks a mass larger than the body's: something on it swings by itself
+    fits = fits and not added_mass.told([effect], ground.body.bare.mass.sum() / 3)
     return replace(
         plain,
         verdict="explained" if clear and mended and not astray and fits else "unexplained",
-        effects=[told_change(best, ranked)],
+        effects=[effect],
         warnings=sag_lines(ground, best.hypothesis),
         ranking=ranking(ranked, verdict, ground),
         before=before,

@@ -25,6 +25,7 @@ class Findings:
     doubtful: bool = False  # whether the body is another one, and what it is no more than a guess
     stiffer: float = 1.0  # dynamic over static stiffness of the first mode
     stiffest: float = 1.0  # the same at most, where that is in doubt
+    least_stiff: float = 1.0  # and at least
     minor: tuple = ()  # (name, share of the motion) of the camera's effects that are too small
 
     def mesh_frequency(self, own: float, j: int) -> float:

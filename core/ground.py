@@ -16,7 +16,7 @@ from .law import TimeFit, replace
 from .match import PAIR
 from .parameters import inflation
 from .twins import bent, creeps, softer, twins
-from .unmatched import LOUD, further_modes, of_the_body, unfolded_mode
+from .unmatched import LOUD, acts, further_modes, of_the_body, unfolded_mode
 from .verdict import Verdict
 
 UNSURE = 2.0  # of a pitch's standard deviation, by which it is off: a faint pole may be two modes
@@ -53,7 +53,9 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     at = [*range(final.law.modes), *(one.at for one in further)]
     spread = np.sqrt(np.maximum(np.diag(final.covariance)[at], 0) * inflation(final))
     bias = BIASED * max(
-        moved(final, verdict.damped), bent(final), *(bent(one) for one in twins(verdict))
+        moved(final, verdict.damped) if acts(final) else 0.0,
+        bent(final),
+        *(bent(one) for one in twins(verdict)),
     )
     error = np.sqrt((UNSURE * spread) ** 2 + bias**2 + (0.5 * model_error) ** 2 + PITCH_FLOOR**2)
     middle, pair = split_modes.middle(final), final.law.setting.pair

@@ -45,7 +45,8 @@ def find_modulus(heard: Heard, verdict: Verdict, findings: Findings, mesh: tuple
     tells = _tells(heard, final, changed * np.sqrt(findings.stiffer), clear, mesh)
     plain = _tells(heard, first, own, clear, mesh)
     span = np.array(twins_span(verdict, k, partial(true_frequency, heard)))
-    span *= findings.modulus_span(j) * np.array([findings.stiffer / findings.stiffest, 1.0])
+    span *= findings.modulus_span(j)
+    span *= findings.stiffer / np.array([findings.stiffest, findings.least_stiff])
     if heard.body.carried:
         found, real = modulus_of_all(carried, tells)
         span **= tells.share.sum() / (tells.share**2).sum()  # a pitch's moves the modulus more

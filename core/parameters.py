@@ -12,6 +12,8 @@ from .law import TimeFit, unpack
 from .report import estimate
 
 UNSURE = 10.0  # relative standard deviation of a size, at most
+STRUCK = 0.05  # of the energy, up to which a body that is bent when it starts was not held so
+SOON = 1e-3  # rad of the first mode, over which a slope is taken
 DEAD = np.exp(-2)  # of what a mode was at the release: where less is left, what it was is a guess
 
 
@@ -71,7 +73,7 @@ def as_fitted(found: TimeFit) -> Setting:
     """What is known of the motion once it is fitted."""
     return replace(
         found.law.setting,
-        pose=_pose(found),
+        **_release(found),
         pitches=found.frequency,
         near=perspective.near(found),
     )
@@ -105,25 +107,36 @@ def _widened(told: dict, known: dict, others) -> dict:
     return out
 
 
-def _pose(found: TimeFit) -> np.ndarray:
-    """(C,) where the swinging part of the first fitted take turned round when it was let go.
+def _release(found: TimeFit) -> dict:
+    """The `pose` (C,) m where the swinging part of the first fitted take turned round when it was
+    let go, and the `blow` (C,) m s by which it was set going where it was struck.
 
-    The first frame may be a little later: a mode's size, not its place there, tells how far it was.
-    Where it is so much later that a mode has died meanwhile, nothing is known of that one.
+    The first frame may be a little later: a mode's size, not its place there, tells how far it was
+    held. Where it is so much later that a mode has died meanwhile, nothing is known of that one.
     """
-    law = found.law
-    instants = np.array([[0.0, law.takes[law.fitted[0]].time[0]]])
-    omega, _, first, _ = unpack(law, found.parameters[None], 0)
-    place, speed = first[0, 0], first[0, 1] / omega[0]
-    alive = np.exp(-found.damping_ratio * omega[0] * instants[0, 1]) > DEAD
-    pose = np.where(alive, np.copysign(np.hypot(place, speed), place), 0.0) @ found.shapes
+    law, shapes = found.law, found.shapes
+    omega, _, start, _ = unpack(law, found.parameters[None], 0)
+    omega, (place, speed) = omega[0], start[0]
+    instants = np.array([[0.0, SOON / omega[0], law.takes[law.fitted[0]].time[0]]])
+    alive = np.exp(-found.damping_ratio * omega * instants[0, 2]) > DEAD
+    place, speed = np.where(alive, (place, speed), 0.0)
+    at, turning = law.own * law.condition[law.fitted[0]] + law.modes, list(law.turning)
+    turned = found.coefficients[:, at : at + len(turning)] / omega[0]  # what moves as a speed does
+    pose = np.copysign(np.hypot(place, speed / omega), place) @ shapes
+    there = place @ shapes + turned @ speed[turning]
+    across = (speed / omega) @ shapes - turned @ (place * omega)[turning]
+    blow = (speed / omega**2) @ shapes - turned @ place[turning]
     for effect, theta, shape in zip(law.effects, found.theta, found.column_shapes(), strict=True):
         if effect.layer in ("pair", "mode"):
-            waves = effect.columns(theta, law.setting, instants, found.motions[0][None, :2])
-            first, then = waves[0]
+            waves = effect.columns(theta, law.setting, instants, found.motions[0][None, :3])
+            first, soon, then = waves[0]
             if np.linalg.norm(then) > DEAD * np.linalg.norm(first):
-                pose = pose + shape @ first
-    return pose
+                slope = shape @ (soon - first) / instants[0, 1]
+                pitch = np.linalg.norm(soon - first) / instants[0, 1]  # of a cosine and a sine
+                pose, there = pose + shape @ first, there + shape @ first
+                across, blow = across + slope / pitch, blow + slope / pitch**2
+    struck = there @ there < STRUCK * (across @ across)
+    return {"pose": pose, "blow": blow if struck else None}
 
 
 def _doubt_of_sizes(found: TimeFit, index: int, shape: np.ndarray) -> np.ndarray:

@@ -27,18 +27,19 @@ def creeps(verdict: Verdict) -> bool:
     return "relaxation" in [*there, *(t for ts in verdict.twins for t in ts)]
 
 
-def softer(final: TimeFit) -> tuple[float, float]:
-    """Static over dynamic stiffness where a relaxation was found, and the least that it may be."""
+def softer(final: TimeFit) -> tuple[float, float, float]:
+    """Static over dynamic stiffness where a relaxation was found, and the least and most of it."""
     shapes = final.column_shapes()
     for i, effect in enumerate(final.law.effects):
         if effect.name == "relaxation":
-            returned = relaxation.returns(as_fitted(final), shapes[i])
+            returned = relaxation.returns(final.theta[i][0], as_fitted(final), shapes[i])
             stiff, time = relaxation.branches(final.theta[i][0], returned)
             turns = (2 * np.pi * final.frequency[0] * time) ** 2
             follows = (stiff * turns / (1 + turns)).sum() / max(stiff.sum(), 1e-300)
             told = parameters(final, i)["ratio"]
-            return tuple(1 / (1 + ratio * follows) for ratio in (told["value"], told["ci95"][1]))
-    return 1.0, 1.0
+            low, high = told["ci95"]
+            return tuple(1 / (1 + ratio * follows) for ratio in (told["value"], high, low))
+    return 1.0, 1.0, 1.0
 
 
 def twins_span(verdict: Verdict, k: int, true: Callable) -> tuple[float, float]:

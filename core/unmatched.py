@@ -15,6 +15,7 @@ from .law import TimeFit, replace
 from .match import CHANCE, PAIR, SURE, dies_alike, likeness
 from .verdict import Verdict
 
+MENDED = ("lost_frames", "tracker_drift")  # read off, they leave nothing of themselves
 LOUD = 0.3  # of the strongest mode's motion, rms, from which one that was not matched counts
 OWN = 0.4  # likeness to a computed mode from which a fainter one does too
 REACH = 0.9  # of the highest computed pitch, up to which the body's modes are known
@@ -38,7 +39,7 @@ def further_modes(verdict: Verdict) -> list[FurtherMode]:
     """The further modes of a take in which nothing acts in time but a pair that is parted."""
     final = verdict.final
     law = final.law
-    if acts(final, but=split_modes.EFFECT.name):
+    if acts(final, split_modes.EFFECT.name):
         return []
     data = law.takes[law.fitted[0]]
     known = np.sqrt(((final.motions[0].std(axis=0)[:, None] * final.shapes) ** 2).sum(axis=1))
@@ -119,6 +120,9 @@ def _moves_as(shape: np.ndarray, seen: np.ndarray, frequency: np.ndarray, j: int
     return bool(of * beta.sf(alike, k / 2, (channels - k) / 2) < CHANCE)
 
 
-def acts(final: TimeFit, but: str = "") -> bool:
-    """Whether an effect in time, declared or found, is in the fit; `but` names one not counted."""
-    return any(e.layer in ("time", "camera") and e.name != but for e in final.law.effects)
+def acts(final: TimeFit, *but: str) -> bool:
+    """Whether an effect in time, declared or found, is in the fit that may bend a pitch or a shape
+    even where it is told; `but`: names of others that are not counted.
+    """
+    but += MENDED
+    return any(e.layer in ("time", "camera") and e.name not in but for e in final.law.effects)

@@ -53,6 +53,7 @@ class Setting:
     towards: np.ndarray | None = None  # (C,) seen motion times motion towards the camera, per m2
     behind: float = 0.0  # m that the object's middle is further from the camera than its markers'
     pose: np.ndarray | None = None  # (C,) what swings, at the release; known once it is fitted
+    blow: np.ndarray | None = None  # (C,) s, speeds over omega^2 if it was struck; known then
     pitches: np.ndarray | None = None  # (K,) Hz; known once they are fitted
     near: object | None = None  # a camera's Nearness, where the rest places show it without doubt
     steps: int = FINE  # of a march, per period of the first mode

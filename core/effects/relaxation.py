@@ -72,20 +72,25 @@ def unseen(theta, setting) -> str:
 
 def report(theta, setting, shape):
     """The branches' stiffness over the static one, and the time of the stiffest."""
-    return _told(theta, returns(setting, shape))
+    return _told(theta, returns(theta, setting, shape))
 
 
 def alike(theta, setting, shape):
     """What was not held for long has crept but a part of its way."""
-    return [_told(theta, returns(setting, shape) / (1 - np.exp(-SHORT)))]
+    if setting.blow is not None:
+        return []
+    return [_told(theta, returns(theta, setting, shape) / (1 - np.exp(-SHORT)))]
 
 
-def returns(setting, shape):
-    """(q,) the slow returns over what swings at once, where the pose was held long before.
+def returns(theta, setting, shape):
+    """(q,) the slow returns over what swings at once, where the pose was held long before; a blow
+    makes as much creep as that force in its moment, the rate of creep times what it does.
 
     A slow return has the shape of that pose, all modes in it.
     """
-    return np.abs(setting.pose @ shape) / (setting.pose @ setting.pose)
+    if setting.blow is None:
+        return np.abs(setting.pose @ shape) / (setting.pose @ setting.pose)
+    return np.abs(setting.blow @ shape) / (setting.blow @ setting.blow) * np.exp(theta)
 
 
 def branches(theta, returned):

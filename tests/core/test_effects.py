@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from core import effects
 from core.case_schema import EFFECT_NAMES
@@ -166,6 +167,32 @@ def test_what_was_held_briefly_may_creep_more_than_it_showed():
     held = 0.5  # of its time: so much of the branch has let go by then
     assert most["ratio"] * (1 - np.exp(-held)) == pytest.approx(shown["ratio"])
     assert most["time"] * (1 + most["ratio"]) == pytest.approx(2.0)
+
+
+def test_what_a_blow_leaves_behind_tells_the_branch_that_was_not_held():
+    """Struck from rest, a body creeps but as far as the blow, in its moment, drives it."""
+    w, z, r, time, v = 2 * np.pi * 4.0, 0.02, 0.25, 0.8, 0.3
+
+    def pull(_, state):
+        u, speed, s = state
+        return [speed, -2 * z * w * speed - w**2 * (u + r * (u - s)), (u - s) / time]
+
+    t = np.linspace(0, 4, 2001)
+    moved = solve_ivp(pull, (0, 4), [0, v, 0], t_eval=t, rtol=1e-10, atol=1e-13).y[0]
+    poles = np.linalg.eigvals([[0, 1, 0], [-(w**2) * (1 + r), -2 * z * w, r * w**2],
+                               [1 / time, 0, -1 / time]])  # fmt: skip
+    waves = np.exp(np.outer(t, poles))
+    at = int(np.argmin(np.abs(poles.imag)))
+    slow = np.linalg.lstsq(waves, moved, rcond=None)[0][at].real
+    theta = np.array([np.log(-1 / poles[at].real)])
+    omega = np.abs(poles[at - 1])
+    struck = replace(setting(), pose=np.array([v / omega]), blow=np.array([v / omega**2]))
+    told = relaxation.report(theta, struck, np.array([[slow]]))
+    assert told["ratio"] == pytest.approx(r, rel=0.03)
+    assert told["time"] == pytest.approx(time, rel=0.03)
+    held = relaxation.report(theta, replace(struck, blow=None), np.array([[slow]]))
+    assert held["ratio"] < r / 5
+    assert relaxation.alike(theta, struck, np.array([[slow]])) == []
 
 
 @pytest.mark.parametrize(

@@ -258,7 +258,9 @@ def test_a_motion_in_the_span_of_a_loud_pair_is_none_of_its_own():
         (pair, 5.6, 5.2, True),
         (pair, 9.0, 5.2, False),  # the partner is too far from it
         (pair, 5.6, 6.0, False),  # no pair: each bends by itself
-        (known[0], 9.0, 5.2, True),
+        (known[0], 5.9, 5.2, True),
+        (known[0], 10.1, 5.2, True),  # where it has an overtone
+        (known[0], 9.0, 5.2, False),
         (known[2], 5.6, 5.2, False),
         (pair + 2 * rng.standard_normal(12), 5.6, 5.2, False),
     ]:
