@@ -22,7 +22,8 @@ from .verdict import Verdict
 UNSURE = 2.0  # of a pitch's standard deviation, by which it is off: a faint pole may be two modes
 SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
-SETTLED = 0.05  # of the sag: error of geometry, density and a creep that nothing shows
+SETTLED = 0.03  # of the sag: error of geometry and a creep that nothing shows
+PLACED = 0.001  # of the body's length, that a rest place may be off by
 CREPT = 0.15  # the same where a creep may be at work
 TILTED = 1.4  # of the sag over the length: how far a cantilever's end turns
 
@@ -73,7 +74,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     noise = data.sigma / np.maximum(swing[:, None], 1e-300) / np.sqrt(samples / 2)
     shape_error = np.sqrt(noise**2 + rest**2 + (SHAPE_FLOOR * size) ** 2)
     shape_error = np.where(data.support, 1e12, shape_error)
-    sag, pull, unit = None, None, None
+    sag, pull, unit, settled = None, None, None, SETTLED
     case = body.case
     if case.shape == "unloaded" and case.takes[0].gravity is not None:
         offset = final.coefficients[:, final.law.own * final.law.conditions]
@@ -81,7 +82,9 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         pull = gravity_force(body.model, case.takes[0].gravity)
         unit = body.sag(data)
         length = np.ptp(body.model.points, axis=0).max()
-        tilt = TILTED * np.abs(sag).max() / px_per_metre(data) / length
+        most = np.abs(sag).max() / px_per_metre(data)
+        tilt = TILTED * most / length
+        settled = np.hypot(SETTLED, PLACED * length / max(most, 1e-300))
         shape_error = np.hypot(shape_error, tilt * size)  # it swings about where it hangs
     measured = Measured(
         pitches,
@@ -90,7 +93,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         shape_error,
         sag,
         softer(final)[0],
-        CREPT if creeps(verdict) else SETTLED,
+        max(CREPT, settled) if creeps(verdict) else settled,
         sum(one.loud <= LOUD for one in further),
     )
     shrink = 1 / (1 + stiff)
