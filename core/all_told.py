@@ -30,6 +30,7 @@ QUIETLY = 1.3  # misfit per sample, held out too, up to which a ring-down tells 
 LEFT, LOUDEST = 0.02, 3.0  # the same beside loud modes: of what those leave, and at most
 ROWS = 0.8  # MAC from which a line at twice a pitch moves as late rows make it
 LOUDER = 1.5  # times what a readout as long as a frame makes, up to which such a line is theirs
+TONES = 6  # the highest overtone that is looked for
 FEWEST = 24  # frames in which something is heard
 
 
@@ -148,7 +149,7 @@ def modes_of(
             damps_alike(f, z, own, found.damping_ratio)
             # a load lowers what is heard first by less than what lies below
             and (loaded or f > lowest)
-            and (near or not _mimics(moves[n], f, shapes, own))
+            and (near or not _mimics(moves[n], f, shapes, own, 1 / data.frame))
         ):
             return []
         out.append((float(f), float(z)))
@@ -169,13 +170,14 @@ def _rows_sound_so(data: Channels, line: tuple, swing: tuple) -> bool:
     return bool(like and np.linalg.norm(a) < LOUDER * np.linalg.norm(b))
 
 
-def _mimics(shape: np.ndarray, f: float, known: np.ndarray, own: np.ndarray) -> bool:
+def _mimics(shape: np.ndarray, f: float, known: np.ndarray, own: np.ndarray, rate: float) -> bool:
     """Whether a motion (C,) at `f` Hz goes as the strongest of the `known` modes (K, C) or the pair
-    that it is one of, as what acts in time makes it: beside that one, or where it has an overtone.
+    that it is one of, as what acts in time makes it: beside that one, or where it has an overtone,
+    or that one's fold at `rate` frames/s.
     """
-    times = f / own[0]
-    overtone = max(round(times), 2)
-    if abs(np.log(times)) > BESIDE and abs(times / overtone - 1) > APART:
+    tones = own[0] * np.arange(2, TONES + 1)
+    tones = np.r_[tones, np.abs(tones - rate * np.round(tones / rate))]
+    if abs(np.log(f / own[0])) > BESIDE and np.abs(f / np.maximum(tones, 1e-300) - 1).min() > APART:
         return False
     near = (np.abs(np.log(f / own)) < BESIDE) & (np.abs(np.log(own[0] / own)) < SPLIT)
     near[0] = True

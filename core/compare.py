@@ -39,7 +39,7 @@ class Measured:
     shape_error: np.ndarray  # (K, C)
     sag: np.ndarray | None = None  # (C,) offset by which the weight moved the channels
     softer: float = 1.0  # static over dynamic stiffness, where a relaxation was found
-    sag_error: float = 0.05  # relative: geometry, density and creep
+    sag_error: float = 0.05  # relative: geometry, creep, and where markers were put
     faint: int = 0  # the last so many are faint, and may be none of the body's modes
 
     @cached_property

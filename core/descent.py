@@ -23,8 +23,8 @@ def descend(look: Callable, starts: np.ndarray, bounds, end: tuple[int, float, f
         for i, one in zip(list(asked), seen, strict=True):
             try:
                 asked[i] = searches[i].send(one)
-            except StopIteration as end:
-                ended[i] = end.value
+            except StopIteration as done:
+                ended[i] = done.value
                 del asked[i]
     return ended
 

@@ -78,10 +78,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     # shapes alone, bent by whatever acts in time, name nothing
     needed = doubt if _bends(verdict.final) else DOUBT
     if _chance(ground.base, ground.measured) > needed and not _moves_otherwise(verdict, ground):
-        strange = strangers(verdict, ground) if verdict.verdict == "adequate" else None
-        if not strange:
-            return plain
-        return replace(plain, verdict="unexplained", warnings=[*plain.warnings, told(strange)])
+        return _unless_strange(plain, verdict, ground)
     ranked = _weighed(suspects(ground, _no_suspects(heard.body)), heard, verdict)
     # what acts in time may have bent the shapes beyond knowing which mode is which
     known_apart = not any(e.marched for e in verdict.final.law.effects)
@@ -92,12 +89,22 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         return plain
     able = [s for s in ranked if _is_able(s, ground)]
     fits = bool(able) and able[0].hypothesis.chi2 < _pieces(ground)
-    if not fits and (chance > needed or not known_apart):
+    if not fits and chance > needed:
+        return _unless_strange(plain, verdict, ground)
+    if not fits and not known_apart:
         return plain
     mended = able and _mends_all(able[0], ground.base, ground.measured)
     if chance > doubt and not otherwise and not mended:
         return _unsure(plain, [(s.effect.name, _as_found(s, plain, heard, stiff)) for s in able])
     return _changed(plain, ground, verdict, ranked, heard, stiff)
+
+
+def _unless_strange(plain: Findings, verdict: Verdict, ground: Ground) -> Findings:
+    """What is told of a body that is as declared, unless something swings that it does not have."""
+    strange = strangers(verdict, ground) if verdict.verdict == "adequate" else None
+    if not strange:
+        return plain
+    return replace(plain, verdict="unexplained", warnings=[*plain.warnings, told(strange)])
 
 
 def _moves_otherwise(verdict: Verdict, ground: Ground) -> bool:

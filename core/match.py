@@ -182,7 +182,7 @@ def _partner(one, taken, modes, computed):
     if _is_combined(f, [g for g, _, _ in taken]):
         free = [j for j in free if abs(f / frequency[j] - 1) < FITS]
     alike = {j: likeness(shape, shapes, frequency, j) for j in free}
-    if f > frequency.max():  # it may be a mode that was not computed
+    if f > (1 + PAIR) * frequency.max():  # it may be a mode that was not computed
         free = [j for j in free if alike[j] > SURE]
     plain = {j: alike[j] - abs(np.log(f / frequency[j])) for j in free}
     known = max(plain.values(), default=0.0) > LEAST

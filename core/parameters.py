@@ -12,7 +12,8 @@ from .law import TimeFit, unpack
 from .report import estimate
 
 UNSURE = 10.0  # relative standard deviation of a size, at most
-STRUCK = 0.05  # of the energy, up to which a body that is bent when it starts was not held so
+STRUCK = 0.05  # of its speed's share, squared, up to which a body is all but straight: 13 degrees
+STANDS = 0.3  # of the swing's rms, by which a body that is held stands off at least
 SOON = 1e-3  # rad of the first mode, over which a slope is taken
 DEAD = np.exp(-2)  # of what a mode was at the release: where less is left, what it was is a guess
 
@@ -121,13 +122,13 @@ def _release(found: TimeFit) -> dict:
     alive = np.exp(-found.damping_ratio * omega * instants[0, 2]) > DEAD
     place, speed = np.where(alive, (place, speed), 0.0)
     at, turning = law.own * law.condition[law.fitted[0]] + law.modes, list(law.turning)
-    turned = found.coefficients[:, at : at + len(turning)] / omega[0]  # what moves as a speed does
+    turned = found.coefficients[:, at : at + len(turning)] / omega[turning]  # what moves as speeds
     pose = np.copysign(np.hypot(place, speed / omega), place) @ shapes
     there = place @ shapes + turned @ speed[turning]
     across = (speed / omega) @ shapes - turned @ (place * omega)[turning]
     blow = (speed / omega**2) @ shapes - turned @ place[turning]
     for effect, theta, shape in zip(law.effects, found.theta, found.column_shapes(), strict=True):
-        if effect.layer in ("pair", "mode"):
+        if effect.phased and effect.of_release:
             waves = effect.columns(theta, law.setting, instants, found.motions[0][None, :3])
             first, soon, then = waves[0]
             if np.linalg.norm(then) > DEAD * np.linalg.norm(first):
@@ -135,8 +136,22 @@ def _release(found: TimeFit) -> dict:
                 pitch = np.linalg.norm(soon - first) / instants[0, 1]  # of a cosine and a sine
                 pose, there = pose + shape @ first, there + shape @ first
                 across, blow = across + slope / pitch, blow + slope / pitch**2
-    struck = there @ there < STRUCK * (across @ across)
+    struck = there @ there < _straight(found) * (across @ across)
     return {"pose": pose, "blow": blow if struck else None}
+
+
+def _straight(found: TimeFit) -> float:
+    """`STRUCK`; nought where the body stood elsewhere before the first fitted take than where it
+    hangs at rest, and little where no start is shown, for it may begin in the midst of a swing.
+    """
+    law = found.law
+    data = law.takes[law.fitted[0]]
+    if not np.isfinite(data.quiet).any():
+        return STRUCK if data.take.recording.start is not None else STRUCK / 10
+    rest = found.coefficients[:, law.own * law.conditions]
+    swing = np.linalg.norm(found.motions[0].std(axis=0)[:, None] * found.shapes, axis=0)
+    off = np.where(data.support | ~np.isfinite(data.quiet), 0.0, data.quiet - rest)
+    return 0.0 if np.linalg.norm(off) > STANDS * np.linalg.norm(swing) else STRUCK
 
 
 def _doubt_of_sizes(found: TimeFit, index: int, shape: np.ndarray) -> np.ndarray:

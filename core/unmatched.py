@@ -15,7 +15,7 @@ from .law import TimeFit, replace
 from .match import CHANCE, PAIR, SURE, dies_alike, likeness
 from .verdict import Verdict
 
-MENDED = ("lost_frames", "tracker_drift")  # read off, they leave nothing of themselves
+HARMLESS = ("lost_frames", "tracker_drift")  # once told, they leave nothing of themselves
 LOUD = 0.3  # of the strongest mode's motion, rms, from which one that was not matched counts
 OWN = 0.4  # likeness to a computed mode from which a fainter one does too
 REACH = 0.9  # of the highest computed pitch, up to which the body's modes are known
@@ -36,7 +36,9 @@ class FurtherMode:
 
 
 def further_modes(verdict: Verdict) -> list[FurtherMode]:
-    """The further modes of a take in which nothing acts in time but a pair that is parted."""
+    """The further modes of a take in which nothing acts in time but a pair that is parted, or what
+    was read off and is HARMLESS.
+    """
     final = verdict.final
     law = final.law
     if acts(final, split_modes.EFFECT.name):
@@ -124,5 +126,5 @@ def acts(final: TimeFit, *but: str) -> bool:
     """Whether an effect in time, declared or found, is in the fit that may bend a pitch or a shape
     even where it is told; `but`: names of others that are not counted.
     """
-    but += MENDED
+    but += HARMLESS
     return any(e.layer in ("time", "camera") and e.name not in but for e in final.law.effects)

@@ -65,10 +65,14 @@ def probabilities(ranked, declared: TimeFit) -> list[float]:
 
 
 def probability(verdict: Verdict, name: str) -> float:
-    """That a found effect is there: the final fit against all that were made without it."""
-    before = [found for _, found in verdict.chain[: _place(verdict, name)]]
-    if name not in DAMPING:  # what was raced has the law of damping that was found
-        before += [c.found for c in verdict.ranked if name not in c.names]
+    """That a found effect is there: the final fit against all that were made without it; a law of
+    damping by the fit that it came with, for all that was raced later has it.
+    """
+    place = _place(verdict, name)
+    before = [found for _, found in verdict.chain[:place]] or [verdict.chain[0][1]]
+    if name in DAMPING:
+        return float(_shares([verdict.chain[place][1], *before], verdict.chain[0][1])[0])
+    before += [c.found for c in verdict.ranked if name not in c.names]
     return float(_shares([verdict.final, *before], verdict.chain[0][1])[0])
 
 

@@ -264,7 +264,9 @@ def test_a_motion_in_the_span_of_a_loud_pair_is_none_of_its_own():
         (known[2], 5.6, 5.2, False),
         (pair + 2 * rng.standard_normal(12), 5.6, 5.2, False),
     ]:
-        assert _mimics(shape, f, known, np.array([5.0, partner, 11.0])) is alike
+        assert _mimics(shape, f, known, np.array([5.0, partner, 11.0]), 100.0) is alike
+    # four times its pitch, folded at 28 frames/s
+    assert _mimics(known[0], 8.0, known, np.array([5.0, 5.2, 11.0]), 28.0)
 
 
 def test_a_mode_that_one_take_shows_is_foretold_of_another_as_it_moves_there():

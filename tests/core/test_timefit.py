@@ -38,7 +38,7 @@ from core.law import bounds
 from core.linear_part import solve
 from core.match import Match
 from core.outset import begin, outsets
-from core.parameters import parameters
+from core.parameters import as_fitted, parameters
 from core.race import Try, begun, begun_all, ended, race, worth
 from core.read_off import _left, _moved, _nearby, _with_jumps, jumps, read_off
 from core.ready import to_their_end
@@ -1161,3 +1161,25 @@ def test_two_poles_at_one_pitch_are_opened_as_far_as_the_body_parts_them(compute
     for ring in rings:
         assert np.log(ring.frequency[1] / ring.frequency[0]) == pytest.approx(apart, abs=1e-3)
         assert np.sqrt(ring.frequency.prod()) == pytest.approx(5.0005, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("phase", "stood", "struck"),
+    [
+        (np.pi / 2, np.nan, True),
+        (np.pi / 2, 0.0, True),
+        (np.pi / 2, 1.0, False),  # seen to be held off before
+        (0.0, np.nan, False),
+        (np.pi / 2 - 0.15, np.nan, False),  # it may begin in the midst of a swing
+        (np.pi / 2 - 0.15, 0.0, True),
+    ],
+)
+def test_a_body_that_is_straight_and_fast_when_it_starts_was_struck(phase, stood, struck):
+    fall = np.exp(-0.02 * W * TIME)
+    wave = AMPLITUDE * fall * np.cos(np.sqrt(1 - 0.02**2) * W * TIME - phase)
+    data = channels(np.outer(wave, SHAPE))
+    found = declared(replace(data, quiet=stood * AMPLITUDE * SHAPE))
+    blow = as_fitted(found).blow
+    assert (blow is not None) is struck
+    if struck and phase == np.pi / 2:
+        assert blow == pytest.approx(AMPLITUDE / W * SHAPE, rel=0.03)

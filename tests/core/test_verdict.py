@@ -45,5 +45,7 @@ def test_a_law_of_damping_is_weighed_against_the_fit_before_it():
     found = verdict(
         [("viscous_damping", 400.0), ("relaxation", 100.0)], [("relaxation", 100.0), ("contact", 1)]
     )
-    assert probability(found, "viscous_damping") > 0.99
+    assert probability(found, "viscous_damping") == pytest.approx(1 / (1 + 0.4 ** (CYCLES / 2)))
     assert probability(found, "relaxation") < 0.01
+    idle = verdict([("viscous_damping", 999.0), ("relaxation", 100.0)])
+    assert probability(idle, "viscous_damping") == pytest.approx(0.5, abs=0.01)
