@@ -4,6 +4,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
+
 from .effects.further_mode import ran_off
 from .exchange import exchanged
 from .foils import is_broken, weakens, weakens_rather
@@ -34,6 +36,7 @@ def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
     beam = sorted([*strong, *others], key=lambda c: -c.evidence)
     found = exchanged(to_their_end(pairs(declared, beam, known), declared), declared)
     found = [c for c in polished(found, declared, widen) if c.evidence > EVIDENCE]
+    found = _line_first(found)
     both = _stand([c for c in found if sufficient(c, ENOUGH_BOTH)])
     if both and is_broken(declared, both[0]):
         return Verdict("unexplained", chain, (), (), ranked, ())
@@ -64,6 +67,22 @@ def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
     return _parts(chain, found, (able, ranked, strong))
 
 
+def _line_first(found: list[Candidate]) -> list[Candidate]:
+    """The candidates, best first; before a shared motion, which is read off what was held out, too,
+    a line that foretells as much of that.
+    """
+    best = found[0] if found else None
+    if not best or "base_motion" not in best.names:
+        return found
+    rather = {"steady_drive" if name == "base_motion" else name for name in best.names}
+    lines = [
+        c
+        for c in found[1:]
+        if set(c.names) == rather and c.share > MOSTLY and c.held_share >= best.held_share
+    ]
+    return [*lines, *(c for c in found if c not in lines)]
+
+
 def _needs_another_body(found: list[Candidate], best: Candidate) -> bool:
     """Whether two effects that tell clearly more than the `best` ones which may be the explanation
     do so in another body: then these are none.
@@ -80,7 +99,9 @@ def _parts(chain, found: list[Candidate], singles: tuple) -> Verdict:
     more = [c for c in found if _shows(c)]
     if strong:
         best = strong[0]
-        more = [c for c in more if adds(best, judge(c.names, c.found, best.found))]
+        adding = [c for c in more if adds(best, judge(c.names, c.found, best.found))]
+        least = max((c.evidence for c in adding), default=np.inf)
+        more = [c for c in more if c in adding or c.evidence >= least]
     more = _stand(more)
     if more:
         return replace(_two(chain, more[0], more, ranked, able), verdict="unexplained")

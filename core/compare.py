@@ -112,7 +112,8 @@ def compare(measured: Measured, values, shapes, unit=None, *, most=np.inf) -> Hy
 
 
 def rematched(measured: Measured, values, shapes, unit, found: Hypothesis) -> Hypothesis:
-    """The hypothesis with another computed mode for a measured one where that fits better.
+    """The hypothesis with another computed mode for a measured one where that fits better; one that
+    is another's already changes places with it.
 
     Two computed modes that lie close together may change places from mesh to mesh, and a body
     that is as declared must not pay for it. Arguments as `compare` has them.
@@ -121,10 +122,10 @@ def rematched(measured: Measured, values, shapes, unit, found: Hypothesis) -> Hy
     alike = _alike(measured, shapes, own)
     for k in range(1, len(found.modes)):
         for j in np.flatnonzero(alike[:, k] > LIKE):
-            modes = (*found.modes[:k], int(j), *found.modes[k + 1 :])
-            if len(set(modes)) == len(modes):
-                most = found.chi2
-                found = _at_best_modulus(measured, own, shapes, modes, unit, most=most) or found
+            modes = [found.modes[k] if mode == j else mode for mode in found.modes]
+            modes[k] = int(j)
+            most = found.chi2
+            found = _at_best_modulus(measured, own, shapes, tuple(modes), unit, most=most) or found
     return found
 
 

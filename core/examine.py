@@ -91,7 +91,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     fits = bool(able) and able[0].hypothesis.chi2 < _pieces(ground)
     if not fits and chance > needed:
         return _unless_strange(plain, verdict, ground)
-    if not fits and not known_apart:
+    if not known_apart and (not fits or verdict.verdict == "unexplained"):
         return plain
     mended = able and _mends_all(able[0], ground.base, ground.measured)
     if chance > doubt and not otherwise and not mended:

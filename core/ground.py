@@ -15,7 +15,7 @@ from .joint import Heard
 from .law import TimeFit, replace
 from .match import PAIR
 from .parameters import inflation
-from .twins import bent, creeps, softer, twins
+from .twins import bent, creeps, handed_on, softer, twins
 from .unmatched import LOUD, acts, further_modes, of_the_body, unfolded_mode
 from .verdict import Verdict
 
@@ -53,11 +53,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     model_error = np.r_[model_error, np.full(len(further), sigma.max())]
     at = [*range(final.law.modes), *(one.at for one in further)]
     spread = np.sqrt(np.maximum(np.diag(final.covariance)[at], 0) * inflation(final))
-    bias = BIASED * max(
-        moved(final, verdict.damped) if acts(final) else 0.0,
-        bent(final),
-        *(bent(one) for one in twins(verdict)),
-    )
+    bias = _biased(verdict, np.r_[final.frequency, [one.frequency for one in further]])
     error = np.sqrt((UNSURE * spread) ** 2 + bias**2 + (0.5 * model_error) ** 2 + PITCH_FLOOR**2)
     middle, pair = split_modes.middle(final), final.law.setting.pair
     error[pair] = np.hypot(error[pair], split_modes.doubt(final))
@@ -142,6 +138,17 @@ def _blurred(heard: Heard, final: TimeFit, true: np.ndarray) -> np.ndarray:
     far = np.where(gaps < np.where(between, 2 * half, half), gaps, 0.0).max(axis=1)
     far[strongest] = 0.0
     return far
+
+
+def _biased(verdict: Verdict, frequency: np.ndarray) -> np.ndarray:
+    """(K,) relative, how far off the pitches (K,) Hz may be by what acts in time.
+
+    A body that is stiffer one way is by itself as stiff as one of the two.
+    """
+    final = verdict.final
+    most = moved(final, verdict.damped) if acts(final) else 0.0
+    uneven = max(bent(final), *(bent(one) for one in twins(verdict)), 0.0)
+    return np.maximum(BIASED * most, uneven * handed_on(final, frequency))
 
 
 def moved(final: TimeFit, declared: TimeFit) -> float:

@@ -26,6 +26,8 @@ UNLIKE = 8.0  # the same, more than which is none but where it goes with the pit
 CHANCE = 0.05  # that a motion that is none of a body's modes moves as one of them
 SURE = 0.7  # likeness in shape from which a mode is known by its fold
 FOLDED = 5.0  # likeness in shape that one of relative pitch weighs, for a folded mode
+LOWEST = 0.9  # of the lowest computed pitch: what is heard below is none of the body's modes
+STRONG = 0.2  # of the strongest pole, from which one is surely there
 LEAST = 0.35  # likeness, less the difference in pitch, from which a mode is known
 HARMONIC = 0.04  # relative distance below which a pole is an overtone of a nonlinear mode
 COMBINED = 0.005  # the same, of one at the sum or the difference of two others
@@ -122,8 +124,31 @@ def match_modes(
     """
     answer = _matched(ring, chase, frequency, shapes, rate, likeness)
     if None in answer.modes:  # it and one that lies near may have turned into one another
-        answer = _matched(ring, chase, frequency, shapes, rate, _turned)
-    return answer
+        return _matched(ring, chase, frequency, shapes, rate, _turned)
+    lower = _below(answer, ring, chase, frequency, shapes)
+    if lower is None:
+        return answer
+    order = [lower, *(n for n in range(len(chase[0])) if n != lower)]
+    chase = tuple([one[n] for n in order] for one in chase)
+    other = _matched(ring, chase, frequency, shapes, rate, likeness)
+    return answer if None in other.modes else other
+
+
+def _below(found: Match, ring: RingDown, chase: tuple, frequency, shapes) -> int | None:
+    """The strongest pole that lies below all modes, as the strongest one was matched, and moves as
+    one of them and not as that one does: so the body is another, and its lowest mode is this.
+    """
+    order, measured, strength = chase
+    pitch, z = ring.frequency[list(order)], ring.damping_ratio[list(order)]
+    scale = pitch[0] / frequency[found.modes[0]]
+    for n in np.argsort(strength)[::-1]:
+        if strength[n] < STRONG * strength[0]:
+            break
+        if pitch[n] < LOWEST * scale * frequency.min() and z[n] < CREEPING:
+            alike = max(likeness(measured[n], shapes, frequency, j) for j in range(len(frequency)))
+            if alike > SURE and mac(measured[n], measured[0]) < SURE:
+                return int(n)
+    return None
 
 
 def _turned(shape: np.ndarray, modes: np.ndarray, frequency: np.ndarray, j: int) -> float:

@@ -14,7 +14,7 @@ from .joint import Heard
 from .law import TimeFit
 from .match import likeness
 from .parameters import inflation
-from .twins import twins_span
+from .twins import bent, handed_on, twins_span
 from .verdict import Verdict
 from .weight import Tells, each_modulus, elastic_share, modulus_of_all
 
@@ -32,14 +32,16 @@ class Told:
 
 
 def find_modulus(heard: Heard, verdict: Verdict, findings: Findings, mesh: tuple) -> Told:
-    """By the loudest mode; where the body carries its weight, by all that are clearly the body's.
+    """By the loudest mode, or one that an uneven stiffness bends less; where the body carries its
+    weight, by all that are clearly the body's.
 
     mesh: two of (m,), as `stiffening` gives them.
     """
     final, first = verdict.final, verdict.chain[0][1]
-    k = final.loudest
+    clear = _clear(heard, final)
+    k = _least_bent(final, [n for n, _ in clear])
     j = heard.match.modes[k] if heard.match.modes[k] is not None else 0
-    clear = [(k, j), *((n, i) for n, i in _clear(heard, final) if n != k)]
+    clear = [(k, j), *((n, i) for n, i in clear if n != k)]
     carried, own = heard.body.carried or 0.0, heard.body.modes.frequency
     changed = np.array([findings.mesh_frequency(f, i) for i, f in enumerate(own)])
     tells = _tells(heard, final, changed * np.sqrt(findings.stiffer), clear, mesh)
@@ -67,6 +69,18 @@ def find_modulus(heard: Heard, verdict: Verdict, findings: Findings, mesh: tuple
     square = findings.stiffer * (share * found.value + carried * (1 - share))
     pitches = changed * np.sqrt(np.where(square > 0, square, np.nan))
     return Told(found, real, float(bare), pitches)
+
+
+def _least_bent(final: TimeFit, clear: list[int]) -> int:
+    """The loudest mode, or where an uneven stiffness bends its pitch the one of the `clear` modes
+    whose pitch is the surest.
+    """
+    uneven, f = bent(final), final.frequency
+    if not uneven or not clear:
+        return final.loudest
+    spread = np.sqrt(np.maximum(np.diag(final.covariance)[: len(f)], 0) * inflation(final))
+    error = np.hypot(uneven * handed_on(final, f), spread)
+    return min(clear, key=lambda k: error[k])
 
 
 def _of_first(tells: Tells, form: float | None) -> Estimate:

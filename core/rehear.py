@@ -1,6 +1,7 @@
 """A second hearing: a mode more or fewer, once it is known what acts in time or that nothing is."""
 
 from collections.abc import Callable
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -17,6 +18,7 @@ from .verdict import Verdict
 
 STIRRED = (0.0, 0.1, -0.1, 0.3, -0.3)  # of the first mode's start, from which its own is sought
 RUNNERS = 2  # of those
+MOSTLY = 0.5  # of what was left, rms, from which one more mode is heard however it moves
 
 
 def second_hearing(
@@ -64,11 +66,12 @@ def _with_one_more(heard: Heard, verdict: Verdict, diagnose) -> tuple[Heard, Ver
     for near in nearby(heard):
         wider = _with_effects(near, best, heard)
         own = near.declared.law
-        if excess(wider) < SHOWN * excess(best) and moves_its_way(
-            wider, near.body, near.match.modes[-1]
-        ):
+        less, moves = excess(wider) / excess(best), partial(_moves_its_way, near)
+        if less < MOSTLY or (less < SHOWN and moves(wider)):
             there = replace(own, setting=wider.law.setting)
             again = diagnose(near, as_it_stands(there, wider.parameters[: sum(own.sizes())]))
+            if not moves(again.final):
+                continue
         elif excess(near.declared) < SHOWN * excess(heard.declared):
             again = diagnose(near)
         else:
@@ -76,6 +79,11 @@ def _with_one_more(heard: Heard, verdict: Verdict, diagnose) -> tuple[Heard, Ver
         if _is_better(again, verdict):
             return near, again
     return heard, verdict
+
+
+def _moves_its_way(near: Heard, found: TimeFit) -> bool:
+    """Whether the further mode of `near` moves in a fit as it was computed."""
+    return moves_its_way(found, near.body, near.match.modes[-1])
 
 
 def _is_better(again: Verdict, before: Verdict) -> bool:

@@ -21,7 +21,7 @@ from .refit import lighter, swapped
 from .residual import AHEAD, NOISY, bic, misfit, strays
 from .screen import screen
 from .side_by_side import in_step_by_parts
-from .timefit import fit
+from .timefit import FURTHEST, fit
 
 EVIDENCE = 20.0  # least gain in BIC (Kass and Raftery 1995 call 10 very strong)
 MATERIAL = 0.005  # least share of the motion's RMS
@@ -31,6 +31,7 @@ PROMISE = 8.0  # least gain in chi2 that a score test must see before an effect 
 FEEBLE = 0.2  # the same over what a quiet fit leaves beyond noise
 SETTLED = 0.95  # share of the excess from which what comes later gets one start only
 BESIDE = 4  # names that are tried beside another effect, at most; alone all that promise enough
+EDGE = 0.98  # of how far a pitch may go, from which it is at the bound
 AT_ONCE = 2  # the most promising effects, which race each other only and may settle the rest
 MANY = 24  # starts of a search that is made anew from everywhere
 MOSTLY = 0.6  # share that the best one must take, for which it is sought anew
@@ -306,8 +307,12 @@ def vetoed(found: TimeFit) -> bool:
 
 
 def _rings_no_more(found: TimeFit) -> bool:
-    """Whether the strongest mode, which was heard to ring, is damped as none that rings."""
-    return bool(found.damping_ratio[found.loudest] > DEAD)
+    """Whether the strongest mode, which was heard to ring, is damped as none that rings, or as far
+    from where it was heard as it may go.
+    """
+    k = found.loudest
+    moved = np.log(2 * np.pi * found.frequency[k] / found.law.setting.omega[k])
+    return bool(found.damping_ratio[k] > DEAD or abs(moved) > EDGE * FURTHEST)
 
 
 def outdone(found: TimeFit) -> bool:

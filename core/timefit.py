@@ -25,6 +25,7 @@ MANY = 4  # marched searches that are worth two processes
 MUCH = 5e5  # samples, times numbers searched from all starts: a tenth of a second or more
 FAINT = 0.01  # of its size, that a start may give a shape, and one over the most
 GONE = 1e-6  # the same where no effect hangs on the size: below is what rounding leaves
+FURTHEST = 0.7  # logarithm, that a pitch may end from where it was heard: an octave
 SAME = 0.0005  # of what its parameters may be: nearer the best walk, one is where that is
 
 
@@ -46,8 +47,8 @@ def _bounds(law: Law) -> tuple[np.ndarray, np.ndarray]:
     K, A = law.modes, law.setting.amplitude
     a, b, _ = law.sizes()
     centre = np.log(law.setting.omega / (2 * np.pi))
-    low = np.concatenate([np.tile(np.r_[centre - 0.7, np.zeros(K)], a // (2 * K))])
-    high = np.concatenate([np.tile(np.r_[centre + 0.7, np.full(K, 0.9)], a // (2 * K))])
+    low = np.concatenate([np.tile(np.r_[centre - FURTHEST, np.zeros(K)], a // (2 * K))])
+    high = np.concatenate([np.tile(np.r_[centre + FURTHEST, np.full(K, 0.9)], a // (2 * K))])
     inner = [bounds(e, K, law.setting.places) for e in law.effects]
     effect_low = np.concatenate([i[0] for i in inner]) if inner else np.zeros(0)
     effect_high = np.concatenate([i[1] for i in inner]) if inner else np.zeros(0)

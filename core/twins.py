@@ -7,6 +7,7 @@ import numpy as np
 from .effects import relaxation, split_modes
 from .law import TimeFit
 from .parameters import as_fitted, parameters
+from .settle import STRAY
 from .verdict import Verdict
 
 
@@ -19,6 +20,15 @@ def twins(verdict: Verdict) -> list[TimeFit]:
 def bent(final: TimeFit) -> float:
     """How far the pitches of the two sides of an uneven stiffness lie from their middle."""
     return float(np.log(max((told["value"] for told in _uneven(final)), default=1.0)) / 4)
+
+
+def handed_on(final: TimeFit, frequency: np.ndarray) -> np.ndarray:
+    """(K,) share of what bends the first mode's pitch that bends those of `frequency` (K,) Hz.
+
+    A spring at one place, here one that acts one way, adds to every mode's squared pitch alike, in
+    the mean over places.
+    """
+    return np.minimum(1.0, (final.frequency[0] / frequency) ** 2)
 
 
 def creeps(verdict: Verdict) -> bool:
@@ -53,8 +63,10 @@ def twins_span(verdict: Verdict, k: int, true: Callable) -> tuple[float, float]:
     rivals = twins(verdict) if len(verdict.effects) == 1 else []  # they were fitted alone
     for one in [final, *rivals]:
         pitch = (_pitch(one, k, true) / _pitch(final, k, true)) ** 2
+        if abs(np.log(pitch)) > 2 * STRAY:  # it left its place there
+            continue
         softest = softer(one)[:1] if one is final else softer(one)
-        ratio = _most_uneven(one) if k == 0 else 1.0  # it acts on the first mode, if at all
+        ratio = _most_uneven(one) ** handed_on(one, one.frequency[k])
         sides = 2 / (1 + ratio), 2 * ratio / (1 + ratio)
         out += [pitch * soft / softer(final)[0] * side for soft in softest for side in sides]
     return min(out), max(out)

@@ -16,6 +16,7 @@ from .match import CHANCE, PAIR, SURE, dies_alike, likeness
 from .verdict import Verdict
 
 HARMLESS = ("lost_frames", "tracker_drift")  # once told, they leave nothing of themselves
+ADDED = ("relaxation", "steady_drive")  # linear: modes swing beside them as they would without
 LOUD = 0.3  # of the strongest mode's motion, rms, from which one that was not matched counts
 OWN = 0.4  # likeness to a computed mode from which a fainter one does too
 REACH = 0.9  # of the highest computed pitch, up to which the body's modes are known
@@ -36,12 +37,12 @@ class FurtherMode:
 
 
 def further_modes(verdict: Verdict) -> list[FurtherMode]:
-    """The further modes of a take in which nothing acts in time but a pair that is parted, or what
-    was read off and is HARMLESS.
+    """The further modes of a take in which nothing acts in time but a pair that is parted, what was
+    read off and is HARMLESS, or what adds to the swings and bends none.
     """
     final = verdict.final
     law = final.law
-    if acts(final, split_modes.EFFECT.name):
+    if acts(final, split_modes.EFFECT.name, *ADDED):
         return []
     data = law.takes[law.fitted[0]]
     known = np.sqrt(((final.motions[0].std(axis=0)[:, None] * final.shapes) ** 2).sum(axis=1))

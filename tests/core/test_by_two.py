@@ -118,3 +118,17 @@ def test_two_that_tell_less_are_not_the_explanation_where_more_needs_another_bod
 def test_a_part_that_takes_most_need_but_do_no_harm_ahead(share, held, shown):
     fit = SimpleNamespace(law=SimpleNamespace(effects=()))
     assert module._shows(Candidate(("air_drag",), fit, 2 * EVIDENCE, share, held)) == shown
+
+
+@pytest.mark.parametrize(
+    ("share", "ahead", "first"),
+    [(0.95, 0.99, "steady_drive"), (0.95, 0.97, "base_motion"), (0.5, 0.99, "base_motion")],
+    ids=["foretells more", "foretells less", "misses what was fitted"],
+)
+def test_a_line_that_foretells_comes_before_a_shared_motion_that_is_read_off(share, ahead, first):
+    """What is read off the record fits it, held out too, whatever made it."""
+    shaken = Candidate(("air_drag", "base_motion"), None, 1000.0, 0.98, 0.98)
+    other = Candidate(("contact", "steady_drive"), None, 950.0, 0.97, 0.99)
+    line = Candidate(("steady_drive", "air_drag"), None, 900.0, share, ahead)
+    assert first in module._line_first([shaken, other, line])[0].names
+    assert module._line_first([line, shaken]) == [line, shaken]

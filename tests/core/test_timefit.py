@@ -824,6 +824,30 @@ def test_computed_modes_that_change_places_are_matched_by_what_fits():
     assert found.modes == (0, 2) and found.chi2 < first.chi2
 
 
+@pytest.mark.parametrize(("octaves", "is_none"), [(0.5, False), (-1.02, True), (1.02, True)])
+def test_what_moves_the_first_mode_as_far_as_it_may_go_is_no_effect(octaves, is_none):
+    found = declared(channels(moved(Rub(0.02, 0.01))))
+    found = fit(*extend(found, (dry_friction.EFFECT,), [(0.02, np.log(0.01))]), evaluations=20)
+    p = found.parameters.copy()
+    p[0] = np.log(found.law.setting.omega[0] / (2 * np.pi)) + octaves * np.log(2)
+    assert vetoed(replace(found, parameters=p)) == is_none
+
+
+def test_two_measured_modes_may_change_places():
+    """A first pitch that is a quarter too high sends the others each to the one above it."""
+    shapes = np.array([[1.0, 0.5, 0.2, 0.1], [0.1, 1.0, -0.9, 0.3], [0.3, 0.9, -0.8, -0.3]])
+    computed = np.array([5.0, 30.0, 39.0])
+    measured = Measured(
+        computed[[0, 2, 1]] * [1.3, 1, 1], np.array([0.3, 0.01, 0.01]), shapes[[0, 2, 1]],
+        np.full((3, 4), 0.3),
+    )  # fmt: skip
+    values = (2 * np.pi * computed) ** 2
+    first = compare(measured, values, shapes)
+    assert first.modes == (0, 1, 2)
+    found = rematched(measured, values, shapes, None, first)
+    assert found.modes == (0, 2, 1) and found.chi2 < first.chi2 / 10
+
+
 def test_a_rubs_force_is_as_unsure_as_its_place_and_no_more():
     found = declared(channels(moved(Rub(0.02, 0.01))))
     levers = np.array([1.0, 0.5, 0.25, 0.2])

@@ -51,8 +51,16 @@ def test_a_body_stiffer_one_way_is_as_stiff_as_either_side(ratio):
     assert _span(_fit([5.0], "contact"), uneven) == pytest.approx((0.5, 1.5))
 
 
-def test_only_the_first_mode_swings_on_two_sides(ratio):
-    assert _span(_fit([5.0, 9.0], "asymmetric_stiffness"), k=1) == (1.0, 1.0)
+def test_a_spring_that_bends_the_first_mode_bends_a_higher_one_by_less(ratio):
+    """An octave up a spring moves a mode's squared pitch by a quarter of what it does below."""
+    uneven = _fit([5.0, 10.0], "asymmetric_stiffness")
+    sides = 3.0**0.25
+    assert _span(uneven, k=1) == pytest.approx((2 / (1 + sides), 2 * sides / (1 + sides)))
+
+
+def test_a_mode_that_left_its_place_in_a_twin_says_nothing_of_the_modulus():
+    final, twin = _fit([5.0, 9.0], "contact"), _fit([4.5, 17.0], "dry_friction")
+    assert _span(final, twin, k=1) == (1.0, 1.0)
 
 
 def test_a_twin_that_creeps_makes_the_body_softer_at_rest(monkeypatch):
