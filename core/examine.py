@@ -178,7 +178,7 @@ def _changed(plain, ground: Ground, verdict: Verdict, ranked, heard: Heard, stif
     fits = left <= LEFT and best.hypothesis.chi2 < CLEAR * _pieces(ground)
     effect = told_change(best, ranked)
     # nobody overlooks a mass larger than the body's: something on it swings by itself
-    fits = fits and not added_mass.told([effect], ground.body.bare.mass.sum() / 3)
+    fits = fits and not added_mass.outweighs([effect], ground.body.bare.mass.sum() / 3)
     return replace(
         plain,
         verdict="explained" if clear and mended and not astray and fits else "unexplained",

@@ -279,10 +279,20 @@ def _spread(vertices: np.ndarray, count: int) -> np.ndarray:
     return vertices[chosen]
 
 
+def outweighs(effects: list[dict], own: float) -> bool:
+    """Whether the mass found among the report's effects is more than the body's `own`, kg."""
+    return _found(effects) > own
+
+
+def _found(effects: list[dict]) -> float:
+    """kg"""
+    return sum(e["parameters"]["mass"]["value"] for e in effects if e["name"] == "added_mass")
+
+
 def told(effects: list[dict], own: float) -> str:
     """A line where the mass found among the report's effects is more than the body's `own`, kg."""
-    found = sum(e["parameters"]["mass"]["value"] for e in effects if e["name"] == "added_mass")
-    if not found > own:
+    found = _found(effects)
+    if not outweighs(effects, own):
         return ""
     return (
         f"added_mass: {found:.3g} kg is more than the {own:.3g} kg of the body itself. Check the "
