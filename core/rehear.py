@@ -1,7 +1,6 @@
 """A second hearing: a mode more or fewer, once it is known what acts in time or that nothing is."""
 
 from collections.abc import Callable
-from functools import partial
 from itertools import product
 
 import numpy as np
@@ -66,12 +65,12 @@ def _with_one_more(heard: Heard, verdict: Verdict, diagnose) -> tuple[Heard, Ver
     for near in nearby(heard):
         wider = _with_effects(near, best, heard)
         own = near.declared.law
-        less, moves = excess(wider) / excess(best), partial(_moves_its_way, near)
-        if less < MOSTLY or (less < SHOWN and moves(wider)):
+        less = excess(wider) / excess(best)
+        if less < MOSTLY or (
+            less < SHOWN and moves_its_way(wider, near.body, near.match.modes[-1])
+        ):
             there = replace(own, setting=wider.law.setting)
             again = diagnose(near, as_it_stands(there, wider.parameters[: sum(own.sizes())]))
-            if not moves(again.final):
-                continue
         elif excess(near.declared) < SHOWN * excess(heard.declared):
             again = diagnose(near)
         else:
@@ -79,11 +78,6 @@ def _with_one_more(heard: Heard, verdict: Verdict, diagnose) -> tuple[Heard, Ver
         if _is_better(again, verdict):
             return near, again
     return heard, verdict
-
-
-def _moves_its_way(near: Heard, found: TimeFit) -> bool:
-    """Whether the further mode of `near` moves in a fit as it was computed."""
-    return moves_its_way(found, near.body, near.match.modes[-1])
 
 
 def _is_better(again: Verdict, before: Verdict) -> bool:
