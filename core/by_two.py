@@ -12,7 +12,7 @@ from .foils import is_broken, weakens, weakens_rather
 from .law import TimeFit
 from .ready import polished, to_their_end
 from .refit import turned, without
-from .residual import strays
+from .residual import NOISY, excess, strays
 from .side_by_side import in_step_by_parts
 from .sufficiency import ENOUGH_BOTH, adds, bends_the_body, one_of, sufficient
 from .time_layer import EVIDENCE, Candidate, judge, refuted, vetoed
@@ -21,6 +21,7 @@ from .verdict import Verdict, partly, twins_of
 
 SHOWN = 0.3  # share of the excess, here and ahead, that a part of what stays unexplained takes
 MOSTLY = 0.6  # share where it was fitted, from which a part need but do no harm ahead
+LESS = 0.7  # of what two effects leave, rms, that others leave which tell far more
 LEADING = 2  # best two of two effects, from which each of them alone is sought again
 
 
@@ -40,7 +41,7 @@ def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
     both = _stand([c for c in found if sufficient(c, ENOUGH_BOTH)])
     if both and is_broken(declared, both[0]):
         return Verdict("unexplained", chain, (), (), ranked, ())
-    if both and _needs_another_body(found, both[0]):
+    if both and (_needs_another_body(found, both[0]) or _misses(found, both[0])):
         both = []
     least = strong[0].evidence if strong else 0.0
     one = one_of(declared, both[0].found, over, least) if both else None
@@ -89,6 +90,17 @@ def _needs_another_body(found: list[Candidate], best: Candidate) -> bool:
     """
     more = [c for c in found if c.evidence > best.evidence + EVIDENCE]
     return any(bends_the_body(c.found) for c in _stand(more)[:1])
+
+
+def _misses(found: list[Candidate], best: Candidate) -> bool:
+    """Whether two effects that tell clearly more than the `best` ones which may be the explanation
+    leave far less of what was fitted: what these foretell, they do by chance.
+    """
+    more = _stand([c for c in found if c.evidence > best.evidence + EVIDENCE])[:1]
+    return any(
+        best.found.chi2 > NOISY * best.found.samples and excess(c.found) < LESS * excess(best.found)
+        for c in more
+    )
 
 
 def _parts(chain, found: list[Candidate], singles: tuple) -> Verdict:

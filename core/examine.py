@@ -19,10 +19,10 @@ from .modal_layer import Suspect, suspects
 from .residual import FAR_OFF, Error, errors, strays
 from .stranger import strangers, told
 from .sufficiency import ASTRAY, CLEARLY, gained
-from .tell_change import mesh_pitches, modulus_spans, ranking, sag_lines, told_change
+from .tell_change import mesh_pitches, modulus_spans, ranking, sag_lines, sag_spans, told_change
 from .turned import weighs
 from .twins import creeps, softer
-from .unmatched import acts
+from .unmatched import ADDED, acts
 from .verdict import Verdict
 
 DOUBT = 1e-3  # chance below which pitches and shapes do not fit the declared body
@@ -73,7 +73,11 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     ground = ground_of(heard, verdict, stiff, sigma)
     if ground is None:
         return plain
-    plain = replace(plain, warnings=sag_lines(ground, ground.base))
+    plain = replace(
+        plain,
+        warnings=sag_lines(ground, ground.base),
+        moduli=sag_spans(ground, ground.base, heard),
+    )
     doubt = _doubt(verdict)
     # shapes alone, bent by whatever acts in time, name nothing
     needed = doubt if _bends(verdict.final) else DOUBT
@@ -118,10 +122,10 @@ def _moves_otherwise(verdict: Verdict, ground: Ground) -> bool:
 
 def _doubt(verdict: Verdict) -> float:
     """Chance below which the body is another one: a second cause needs to be clearer, unless the
-    first hardly moves anything.
+    first hardly moves anything, or bends nothing.
     """
     slight = not acts(verdict.damped) and _is_slight(verdict)
-    return DOUBT**2 if acts(verdict.final) and not slight else DOUBT
+    return DOUBT**2 if acts(verdict.final, *ADDED) and not slight else DOUBT
 
 
 def _as_declared(plain, ground: Ground, ranked: list[Suspect], heard: Heard, stiff):

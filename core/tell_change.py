@@ -72,15 +72,34 @@ def sag_lines(ground: Ground, body: Hypothesis) -> list[str]:
         f"Sag of {name}: {abs(ground.measured.sag[at]):.4g} {unit} measured, "
         f"{abs(body.sag[at]):.4g} {unit} predicted."
     )
-    power = body.sag @ body.sag
-    ratio = (ground.measured.sag @ body.sag) / power if power > 0 else 1.0
-    seen = abs(ground.measured.sag[at]) > CLEAR * ground.data.sigma[at]
-    if seen and ratio > 0 and abs(np.log(ratio)) > SURE * ground.measured.sag_error:
+    rate = _rate(ground, body)
+    if rate != 1:
         line += (
-            f" A capture rate {ratio**-0.5:.3g} times the declared one would mend that, and so "
+            f" A capture rate {rate:.3g} times the declared one would mend that, and so "
             "would another shape without weight; Young's modulus goes by the pitches."
         )
     return [line]
+
+
+def sag_spans(ground: Ground, body: Hypothesis, heard: Heard) -> dict[int, tuple[float, float]]:
+    """By computed mode, the least and the most Young's modulus over what its pitch tells, as far as
+    the sag says otherwise.
+    """
+    square = _rate(ground, body) ** 2
+    return {j: (min(square, 1.0), max(square, 1.0)) for j in heard.match.modes}
+
+
+def _rate(ground: Ground, body: Hypothesis) -> float:
+    """The capture rate over the declared one with which sag and pitches would agree, one where they
+    do as far as a sag is known.
+    """
+    if body.sag is None or not (power := body.sag @ body.sag) > 0:
+        return 1.0
+    at = int(np.argmax(np.abs(ground.measured.sag)))
+    ratio = (ground.measured.sag @ body.sag) / power
+    seen = abs(ground.measured.sag[at]) > CLEAR * ground.data.sigma[at]
+    off = seen and ratio > 0 and abs(np.log(ratio)) > SURE * ground.measured.sag_error
+    return float(ratio**-0.5) if off else 1.0
 
 
 def _parameters(one: Suspect) -> dict:
