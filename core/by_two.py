@@ -41,8 +41,10 @@ def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
     both = _stand([c for c in found if sufficient(c, ENOUGH_BOTH)])
     if both and is_broken(declared, both[0]):
         return Verdict("unexplained", chain, (), (), ranked, ())
-    if both and (_needs_another_body(found, both[0]) or _misses(found, both[0])):
-        both = []
+    if both:
+        more = [c for c in found if c not in both and c.evidence > both[0].evidence + EVIDENCE]
+        if _need_another_body(more) or _miss_less(more, both[0].found):
+            both = []
     least = strong[0].evidence if strong else 0.0
     one = one_of(declared, both[0].found, over, least) if both else None
     if found and not both:  # these may have led to one that is, if it tells as much
@@ -84,28 +86,29 @@ def _line_first(found: list[Candidate]) -> list[Candidate]:
     return [*lines, *(c for c in found if c not in lines)]
 
 
-def _needs_another_body(found: list[Candidate], best: Candidate) -> bool:
-    """Whether two effects that tell clearly more than the `best` ones which may be the explanation
-    do so in another body: then these are none.
+def _need_another_body(more: list[Candidate]) -> bool:
+    """Whether two effects that tell clearly more than those which may be the explanation do so in
+    another body: then these are none.
     """
-    more = [c for c in found if c.evidence > best.evidence + EVIDENCE]
     return any(bends_the_body(c.found) for c in _stand(more)[:1])
 
 
-def _misses(found: list[Candidate], best: Candidate) -> bool:
-    """Whether two effects that tell clearly more than the `best` ones which may be the explanation
-    leave far less of what was fitted: what these foretell, they do by chance.
+def _miss_less(more: list[Candidate], best: TimeFit) -> bool:
+    """Whether two effects that tell clearly more than the `best` ones which may be the explanation,
+    and are not read off the record, leave far less of what was fitted: then the best ones foretell
+    by chance what they do.
     """
-    more = _stand([c for c in found if c.evidence > best.evidence + EVIDENCE])[:1]
+    told = [c for c in more if not any(e.free for e in c.found.law.effects[-2:])]
     return any(
-        best.found.chi2 > NOISY * best.found.samples and excess(c.found) < LESS * excess(best.found)
-        for c in more
+        best.chi2 > NOISY * best.samples and excess(c.found) < LESS * excess(best)
+        for c in _stand(told)[:1]
     )
 
 
 def _parts(chain, found: list[Candidate], singles: tuple) -> Verdict:
     """What two effects, or one, tell of what stays unexplained. singles: all, those that may be
-    there alone, and the strong ones.
+    there alone, and the strong ones. Two that add to the best single one count, and whatever tells
+    more than they do.
     """
     declared, (able, ranked, strong) = chain[0][1], singles
     more = [c for c in found if _shows(c)]

@@ -122,6 +122,9 @@ def rematched(measured: Measured, values, shapes, unit, found: Hypothesis) -> Hy
     alike = _alike(measured, shapes, own)
     for k in range(1, len(found.modes)):
         for j in np.flatnonzero(alike[:, k] > LIKE):
+            other = found.modes.index(j) if j in found.modes else k
+            if other == 0 or alike[found.modes[k], other] <= LIKE:
+                continue
             modes = [found.modes[k] if mode == j else mode for mode in found.modes]
             modes[k] = int(j)
             most = found.chi2

@@ -19,7 +19,7 @@ from .modal_layer import Suspect, suspects
 from .residual import FAR_OFF, Error, errors, strays
 from .stranger import strangers, told
 from .sufficiency import ASTRAY, CLEARLY, gained
-from .tell_change import mesh_pitches, modulus_spans, ranking, sag_lines, sag_spans, told_change
+from .tell_change import mesh_pitches, modulus_spans, ranking, sag_lines, sag_span, told_change
 from .turned import weighs
 from .twins import creeps, softer
 from .unmatched import ADDED, acts
@@ -76,7 +76,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     plain = replace(
         plain,
         warnings=sag_lines(ground, ground.base),
-        moduli=sag_spans(ground, ground.base, heard),
+        moduli=dict.fromkeys(heard.match.modes, sag_span(ground, ground.base)),
     )
     doubt = _doubt(verdict)
     # shapes alone, bent by whatever acts in time, name nothing
@@ -141,7 +141,7 @@ def _as_declared(plain, ground: Ground, ranked: list[Suspect], heard: Heard, sti
     plain = replace(
         plain,
         mesh_pitch=mesh_pitches(said, heard, stiff),
-        moduli=modulus_spans(said, heard),
+        moduli=modulus_spans(said, ground, heard),
         warnings=sag_lines(ground, said.hypothesis),
     )
     others = [replace(s, evidence=s.evidence - said.evidence) for s in others]
@@ -194,7 +194,7 @@ def _changed(plain, ground: Ground, verdict: Verdict, ranked, heard: Heard, stif
         misfit=misfit,
         instead=NEEDLESS if mended else (),
         mesh_pitch=mesh_pitches(best, heard, stiff),
-        moduli=modulus_spans(best, heard),
+        moduli=modulus_spans(best, ground, heard),
         doubtful=not fits,
     )
 
@@ -228,10 +228,9 @@ def _as_found(one: Suspect, plain: Findings, heard: Heard, stiff: np.ndarray) ->
     body, over what it tells without.
     """
     own, changed = heard.body.modes.frequency, mesh_pitches(one, heard, stiff)
-    moduli = modulus_spans(one, heard)
     return {
-        j: tuple(np.multiply((plain.mesh_frequency(own[j], j) / changed[j]) ** 2, moduli[j]))
-        for j in changed
+        j: tuple(np.multiply((plain.mesh_frequency(own[j], j) / changed[j]) ** 2, span))
+        for j, span in zip(changed, np.transpose(one.moduli), strict=False)
     }
 
 

@@ -20,7 +20,8 @@ class Findings:
     # effects in time that the found change of the body makes needless
     instead: tuple[str, ...] = ()
     mesh_pitch: dict | None = None  # computed mode -> Hz at 1 Pa with the effect
-    # computed mode -> least and most Young's modulus over the best, as far as the effect is known
+    # computed mode -> least and most Young's modulus over the best, by how far the effect is known
+    # and by the sag
     moduli: dict | None = None
     doubtful: bool = False  # whether the body is another one, and what it is no more than a guess
     stiffer: float = 1.0  # dynamic over static stiffness of the first mode

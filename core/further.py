@@ -211,11 +211,10 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
     # one that has become another mode leaves its own free
     moved = [j for j, s in pairs if likeness(s, seen, frequency, j) < ACROSS]
     # but not where as many are known as there are: free poles mix what acts in time into shapes
-    own_side, sides = (
-        np.abs(np.log(f / f[at])) < BESIDE for f, at in ((own, 0), (frequency, match.modes[0]))
-    )
-    if own_side.sum() >= sides.sum():
-        moved = [j for j in moved if not sides[j]]
+    known_beside = np.abs(np.log(own / own[0])) < BESIDE
+    beside = np.abs(np.log(frequency / frequency[match.modes[0]])) < BESIDE
+    if known_beside.sum() >= beside.sum():
+        moved = [j for j in moved if not beside[j]]
     free = [j for j in range(len(seen)) if j in moved or j not in match.modes]
     out = []
     for f, z, amplitude in zip(ring.frequency, ring.damping_ratio, ring.amplitude, strict=True):

@@ -53,13 +53,13 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     model_error = np.r_[model_error, np.full(len(further), sigma.max())]
     at = [*range(final.law.modes), *(one.at for one in further)]
     spread = np.sqrt(np.maximum(np.diag(final.covariance)[at], 0) * inflation(final))
-    bias = _biased(verdict, np.r_[final.frequency, [one.frequency for one in further]])
+    true = true_frequency(heard, final)
+    pitches = np.r_[true, [one.frequency for one in further]]
+    bias = _biased(verdict, pitches)
     error = np.sqrt((UNSURE * spread) ** 2 + bias**2 + (0.5 * model_error) ** 2 + PITCH_FLOOR**2)
     middle, pair = split_modes.middle(final), final.law.setting.pair
     error[pair] = np.hypot(error[pair], split_modes.doubt(final))
-    true = true_frequency(heard, final)
     error[: len(true)] = np.hypot(error[: len(true)], _blurred(heard, final, true))
-    pitches = np.r_[true, [one.frequency for one in further]]
     pitches[pair] *= middle
     samples = max(int(data.fit.sum()), 1)
     shapes = np.vstack([final.shapes, *(one.shape for one in further)])
@@ -148,7 +148,7 @@ def _biased(verdict: Verdict, frequency: np.ndarray) -> np.ndarray:
     final = verdict.final
     most = moved(final, verdict.damped) if acts(final) else 0.0
     uneven = max(bent(final), *(bent(one) for one in twins(verdict)), 0.0)
-    return np.maximum(BIASED * most, uneven * handed_on(final, frequency))
+    return np.maximum(BIASED * most, uneven * handed_on(frequency))
 
 
 def moved(final: TimeFit, declared: TimeFit) -> float:

@@ -38,8 +38,8 @@ FITS = 0.05  # relative, of a computed pitch, within which such a one is a mode 
 class Match:
     """Measured poles that are modes of the body, and the computed mode of each."""
 
-    # into the ring-down, the strongest first where one take is heard; that of a mode which was not
-    # heard by itself is the strongest one's
+    # into the ring-down, the strongest first where one take is heard, or one below it that must be
+    # the lowest; that of a mode which was not heard by itself is the first one's
     poles: tuple[int, ...]
     modes: tuple[int | None, ...]  # into the computed modes; None = no computed mode fits
 
@@ -120,7 +120,8 @@ def match_modes(
     `chase` is what `pursue` gave. The modulus is unknown, so every computed mode is tried as the
     strongest measured one; the assignment with the best likeness in shape and in ratio of
     frequencies, weighted by strength, wins. Overtones and same-shape companions of a stronger
-    pole are no modes of the body.
+    pole are no modes of the body. No body has a mode below its lowest: what is heard there, strong
+    and moving as a mode does, is tried as the first one instead, whatever the strongest is then.
     """
     answer = _matched(ring, chase, frequency, shapes, rate, likeness)
     if None in answer.modes:  # it and one that lies near may have turned into one another
@@ -144,6 +145,8 @@ def _below(found: Match, ring: RingDown, chase: tuple, frequency, shapes) -> int
     for n in np.argsort(strength)[::-1]:
         if strength[n] < STRONG * strength[0]:
             break
+        if order[n] in found.poles:  # as a fold, perhaps
+            continue
         if pitch[n] < LOWEST * scale * frequency.min() and z[n] < CREEPING:
             alike = max(likeness(measured[n], shapes, frequency, j) for j in range(len(frequency)))
             if alike > SURE and mac(measured[n], measured[0]) < SURE:

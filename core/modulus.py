@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 
 from .camera_layer import true_frequency
+from .compare import PITCH_FLOOR
 from .dac import apparent, material, scattered
 from .data import Estimate, replace
 from .effects import split_modes
@@ -39,7 +40,7 @@ def find_modulus(heard: Heard, verdict: Verdict, findings: Findings, mesh: tuple
     """
     final, first = verdict.final, verdict.chain[0][1]
     clear = _clear(heard, final)
-    k = _least_bent(final, [n for n, _ in clear])
+    k = _least_bent(final, true_frequency(heard, final), clear, mesh[1])
     j = heard.match.modes[k] if heard.match.modes[k] is not None else 0
     clear = [(k, j), *((n, i) for n, i in clear if n != k)]
     carried, own = heard.body.carried or 0.0, heard.body.modes.frequency
@@ -71,16 +72,28 @@ def find_modulus(heard: Heard, verdict: Verdict, findings: Findings, mesh: tuple
     return Told(found, real, float(bare), pitches)
 
 
-def _least_bent(final: TimeFit, clear: list[int]) -> int:
-    """The loudest mode, or where an uneven stiffness bends its pitch the one of the `clear` modes
-    whose pitch is the surest.
+def _least_bent(final: TimeFit, true: np.ndarray, clear: list, doubt: np.ndarray) -> int:
+    """The loudest mode, or, where an uneven stiffness bends its pitch more than it is off anyhow,
+    the one of the `clear` modes whose pitch is the surest.
+
+    true: (K,) Hz. doubt: (m,) of the mesh's eigenvalues, relative.
     """
-    uneven, f = bent(final), final.frequency
-    if not uneven or not clear:
-        return final.loudest
-    spread = np.sqrt(np.maximum(np.diag(final.covariance)[: len(f)], 0) * inflation(final))
-    error = np.hypot(uneven * handed_on(final, f), spread)
-    return min(clear, key=lambda k: error[k])
+    loudest, bend = final.loudest, bent(final) * handed_on(true)
+    other = np.hypot(PITCH_FLOOR, _spread(final))
+    for k, j in clear:
+        other[k] = np.hypot(other[k], doubt[j] / 2)
+    if bend[loudest] <= other[loudest]:
+        return loudest
+    error = np.hypot(bend, other)
+    return min([loudest, *(k for k, _ in clear)], key=lambda k: error[k])
+
+
+def _spread(found: TimeFit) -> np.ndarray:
+    """(K,) relative standard deviation of every pitch as it was seen."""
+    pair, variance = found.law.setting.pair, np.diag(found.covariance)[: len(found.frequency)]
+    spread = np.sqrt(np.maximum(variance, 0) * inflation(found))
+    spread[pair] = np.hypot(spread[pair], split_modes.doubt(found))
+    return spread
 
 
 def _of_first(tells: Tells, form: float | None) -> Estimate:
@@ -111,9 +124,7 @@ def _tells(heard: Heard, found: TimeFit, computed: np.ndarray, clear: list, mesh
     """
     ks, js = np.transpose(clear)
     true, pair = true_frequency(heard, found), found.law.setting.pair
-    spread = np.sqrt(np.maximum(np.diag(found.covariance)[: len(true)], 0) * inflation(found))
-    spread = spread * found.frequency / true  # a fold leaves it as it is in Hz
-    spread[pair] = np.hypot(spread[pair], split_modes.doubt(found))
+    spread = _spread(found) * found.frequency / true  # a fold leaves it as it is in Hz
     true[pair] *= split_modes.middle(found)
     over = (true[ks] / computed[js]) ** 2
     return Tells(elastic_share(heard.body)[js], over, 2 * spread[ks], *(one[js] for one in mesh))

@@ -1,6 +1,7 @@
 """A second hearing: a mode more or fewer, once it is known what acts in time or that nothing is."""
 
 from collections.abc import Callable
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -17,7 +18,7 @@ from .verdict import Verdict
 
 STIRRED = (0.0, 0.1, -0.1, 0.3, -0.3)  # of the first mode's start, from which its own is sought
 RUNNERS = 2  # of those
-MOSTLY = 0.5  # of what was left, rms, from which one more mode is heard however it moves
+MOSTLY = 0.5  # of what was left, rms: where one more mode leaves less, it may move as it likes
 
 
 def second_hearing(
@@ -65,10 +66,9 @@ def _with_one_more(heard: Heard, verdict: Verdict, diagnose) -> tuple[Heard, Ver
     for near in nearby(heard):
         wider = _with_effects(near, best, heard)
         own = near.declared.law
-        less = excess(wider) / excess(best)
-        if less < MOSTLY or (
-            less < SHOWN and moves_its_way(wider, near.body, near.match.modes[-1])
-        ):
+        left = excess(best)
+        moves = partial(moves_its_way, wider, near.body, near.match.modes[-1])
+        if excess(wider) < MOSTLY * left or (excess(wider) < SHOWN * left and moves()):
             there = replace(own, setting=wider.law.setting)
             again = diagnose(near, as_it_stands(there, wider.parameters[: sum(own.sizes())]))
         elif excess(near.declared) < SHOWN * excess(heard.declared):

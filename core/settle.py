@@ -161,8 +161,8 @@ def astray(
     strayed |= found.damping_ratio > np.maximum(MUCH, 2 * z)
     pole = poles(found.frequency, found.damping_ratio)
     strayed |= is_driven(pole, found.law.setting.duration, pole[:1])
-    if strayed[0] and away[0] > STRAY:  # another one has taken its place
-        strayed |= np.abs(np.log(found.frequency / heard[0])) < away[0]
+    if away[0] > STRAY:
+        strayed |= np.abs(np.log(found.frequency / heard[0])) < np.minimum(away, away[0])
     strayed[0] = False
     aside = np.asarray(aside, float)
     for k in range(len(heard) if loud is None else loud, len(heard)):

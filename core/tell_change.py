@@ -39,12 +39,12 @@ def ranking(ranked: list[Suspect], verdict: Verdict, ground: Ground) -> list[dic
     ]
 
 
-def modulus_spans(one: Suspect, heard: Heard) -> dict[int, tuple[float, float]]:
+def modulus_spans(one: Suspect, ground: Ground, heard: Heard) -> dict[int, tuple[float, float]]:
     """By computed mode, the least and the most Young's modulus over the best one, as far as the
-    effect is known.
+    effect is known, and as the sag says otherwise.
     """
-    least, most = one.moduli
-    return {j: (least[k], most[k]) for k, j in enumerate(heard.match.modes)}
+    (least, most), by_sag = one.moduli, sag_span(ground, one.hypothesis)
+    return {j: (least[k] * by_sag[0], most[k] * by_sag[1]) for k, j in enumerate(heard.match.modes)}
 
 
 def mesh_pitches(best: Suspect, heard: Heard, stiff: np.ndarray) -> dict[int, float]:
@@ -81,12 +81,10 @@ def sag_lines(ground: Ground, body: Hypothesis) -> list[str]:
     return [line]
 
 
-def sag_spans(ground: Ground, body: Hypothesis, heard: Heard) -> dict[int, tuple[float, float]]:
-    """By computed mode, the least and the most Young's modulus over what its pitch tells, as far as
-    the sag says otherwise.
-    """
+def sag_span(ground: Ground, body: Hypothesis) -> tuple[float, float]:
+    """The least and the most Young's modulus over what a pitch tells, as the sag says otherwise."""
     square = _rate(ground, body) ** 2
-    return {j: (min(square, 1.0), max(square, 1.0)) for j in heard.match.modes}
+    return min(square, 1.0), max(square, 1.0)
 
 
 def _rate(ground: Ground, body: Hypothesis) -> float:

@@ -22,13 +22,14 @@ def bent(final: TimeFit) -> float:
     return float(np.log(max((told["value"] for told in _uneven(final)), default=1.0)) / 4)
 
 
-def handed_on(final: TimeFit, frequency: np.ndarray) -> np.ndarray:
-    """(K,) share of what bends the first mode's pitch that bends those of `frequency` (K,) Hz.
+def handed_on(frequency: np.ndarray) -> np.ndarray:
+    """(K,) share of what bends the first mode's pitch that bends those of `frequency` (K,) Hz, the
+    first one's first.
 
     A spring at one place, here one that acts one way, adds to every mode's squared pitch alike, in
     the mean over places.
     """
-    return np.minimum(1.0, (final.frequency[0] / frequency) ** 2)
+    return np.minimum(1.0, (frequency[0] / frequency) ** 2)
 
 
 def creeps(verdict: Verdict) -> bool:
@@ -55,18 +56,19 @@ def softer(final: TimeFit) -> tuple[float, float, float]:
 def twins_span(verdict: Verdict, k: int, true: Callable) -> tuple[float, float]:
     """The least and the most that Young's modulus may be over what mode k's pitch says of it.
 
-    By a twin of the one effect that was found it is another one. And a body that is stiffer one way
-    is by itself as stiff as its softer side where something leans on it, as its stiffer side where
-    something in it opens, by as much as it may be stiffer. `true` (TimeFit -> (K,)): Hz.
+    By a twin of the one effect that was found it is another one, if mode k is in its place there.
+    And a body that is stiffer one way is by itself as stiff as its softer side where something
+    leans on it, as its stiffer side where something in it opens, by as much as it may be stiffer.
+    `true` (TimeFit -> (K,)): Hz.
     """
     final, out = verdict.final, [1.0]
     rivals = twins(verdict) if len(verdict.effects) == 1 else []  # they were fitted alone
     for one in [final, *rivals]:
         pitch = (_pitch(one, k, true) / _pitch(final, k, true)) ** 2
-        if abs(np.log(pitch)) > 2 * STRAY:  # it left its place there
+        if k and abs(np.log(pitch)) > 2 * STRAY:  # it left its place there
             continue
         softest = softer(one)[:1] if one is final else softer(one)
-        ratio = _most_uneven(one) ** handed_on(one, one.frequency[k])
+        ratio = _most_uneven(one) ** handed_on(true(one))[k]
         sides = 2 / (1 + ratio), 2 * ratio / (1 + ratio)
         out += [pitch * soft / softer(final)[0] * side for soft in softest for side in sides]
     return min(out), max(out)

@@ -292,7 +292,7 @@ def _found(effects: list[dict]) -> float:
 def told(effects: list[dict], own: float) -> str:
     """A line where the mass found among the report's effects is more than the body's `own`, kg."""
     found = _found(effects)
-    if not outweighs(effects, own):
+    if not found > own:
         return ""
     return (
         f"added_mass: {found:.3g} kg is more than the {own:.3g} kg of the body itself. Check the "
