@@ -13,6 +13,7 @@ from .report import estimate
 
 UNSURE = 10.0  # relative standard deviation of a size, at most
 STRUCK = 0.05  # of its speed's share, squared, up to which a body is all but straight: 13 degrees
+PUSHED = 1.0  # the same of a body that was seen at rest before: it was held nowhere
 STANDS = 0.3  # of the swing's rms, by which a body that is held stands off at least
 SOON = 1e-3  # rad of the first mode, over which a slope is taken
 DEAD = np.exp(-2)  # of what a mode was at the release: where less is left, what it was is a guess
@@ -141,8 +142,9 @@ def _release(found: TimeFit) -> dict:
 
 
 def _straight(found: TimeFit) -> float:
-    """`STRUCK`; nought where the body stood elsewhere before the first fitted take than where it
-    hangs at rest, and little where no start is shown, for it may begin in the midst of a swing.
+    """`PUSHED` where the body was seen before the first fitted take as it hangs at rest, nought where
+    it stood elsewhere; unseen `STRUCK`, and little where no start is shown, for it may begin in the
+    midst of a swing.
     """
     law = found.law
     data = law.takes[law.fitted[0]]
@@ -151,7 +153,7 @@ def _straight(found: TimeFit) -> float:
     rest = found.coefficients[:, law.own * law.conditions]
     swing = np.linalg.norm(found.motions[0].std(axis=0)[:, None] * found.shapes, axis=0)
     off = np.where(data.support | ~np.isfinite(data.quiet), 0.0, data.quiet - rest)
-    return 0.0 if np.linalg.norm(off) > STANDS * np.linalg.norm(swing) else STRUCK
+    return 0.0 if np.linalg.norm(off) > STANDS * np.linalg.norm(swing) else PUSHED
 
 
 def _doubt_of_sizes(found: TimeFit, index: int, shape: np.ndarray) -> np.ndarray:

@@ -1196,6 +1196,8 @@ def test_two_poles_at_one_pitch_are_opened_as_far_as_the_body_parts_them(compute
         (0.0, np.nan, False),
         (np.pi / 2 - 0.15, np.nan, False),  # it may begin in the midst of a swing
         (np.pi / 2 - 0.15, 0.0, True),
+        (np.pi / 2 - 0.7, 0.0, True),  # pushed for a while
+        (0.5, 0.0, False),  # pulled, and let go
     ],
 )
 def test_a_body_that_is_straight_and_fast_when_it_starts_was_struck(phase, stood, struck):
