@@ -142,9 +142,9 @@ def _release(found: TimeFit) -> dict:
 
 
 def _straight(found: TimeFit) -> float:
-    """`PUSHED` where the body was seen before the first fitted take as it hangs at rest, nought where
-    it stood elsewhere; unseen `STRUCK`, and little where no start is shown, for it may begin in the
-    midst of a swing.
+    """`PUSHED` where the body was seen before the first fitted take as it hangs at rest, nought
+    where it stood elsewhere; unseen `STRUCK`, and little where no start is shown, for it may begin
+    in the midst of a swing.
     """
     law = found.law
     data = law.takes[law.fitted[0]]
