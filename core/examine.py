@@ -79,9 +79,7 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         moduli=dict.fromkeys(heard.match.modes, sag_span(ground, ground.base)),
     )
     doubt = _doubt(verdict)
-    # shapes alone, bent by whatever acts in time, name nothing
-    needed = doubt if _bends(verdict.final) else DOUBT
-    if _chance(ground.base, ground.measured) > needed and not _moves_otherwise(verdict, ground):
+    if _chance(ground.base, ground.measured) > DOUBT and not _moves_otherwise(verdict, ground):
         return _unless_strange(plain, verdict, ground)
     ranked = _weighed(suspects(ground, _no_suspects(heard.body)), heard, verdict)
     # what acts in time may have bent the shapes beyond knowing which mode is which
@@ -89,15 +87,16 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
     known_apart = known_apart or _alike(ground.base.modes, heard)
     plain, ground, ranked = _as_declared(plain, ground, ranked, heard, stiff)
     chance, otherwise = _chance(ground.base, ground.measured), _moves_otherwise(verdict, ground)
-    if chance > needed and not otherwise:
+    if chance > DOUBT and not otherwise:
         return plain
     able = [s for s in ranked if _is_able(s, ground)]
     fits = bool(able) and able[0].hypothesis.chi2 < _pieces(ground)
-    if not fits and chance > needed:
+    if not fits and chance > DOUBT:
         return _unless_strange(plain, verdict, ground)
     if not known_apart and (not fits or verdict.verdict == "unexplained"):
         return plain
     mended = able and _mends_all(able[0], ground.base, ground.measured)
+    mended = mended and not _bends(verdict.final)  # which may have bent what it mends
     if chance > doubt and not otherwise and not mended:
         return _unsure(plain, [(s.effect.name, _as_found(s, plain, heard, stiff)) for s in able])
     return _changed(plain, ground, verdict, ranked, heard, stiff)
@@ -206,8 +205,8 @@ def _in_time(verdict: Verdict, mended: bool) -> int:
 
 
 def _unsure(plain: Findings, able: list[tuple[str, dict]]) -> Findings:
-    """The same, with Young's modulus as unsure as the body is: what may have changed it, beside a
-    drag or a stiffness that drifts, is not clear enough to be named, and is told in a line.
+    """The same, with Young's modulus as unsure as the body is: what may have changed it, beside
+    what acts in time, is not clear enough to be named, and is told in a line.
 
     able: of each of these the name and, by computed mode, the least and the most modulus with it
     over that without.

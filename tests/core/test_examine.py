@@ -6,13 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from core import examine, modulus
 from core.compare import Measured, compare
 from core.effects import added_mass, compliant_pin, graded_stiffness
-from core.examine import _as_declared, _in_time, _is_able, _mends_all, _unsure
+from core.examine import DOUBT, _as_declared, _in_time, _is_able, _mends_all, _unsure
 from core.findings import Findings
 from core.ground import Ground
 from core.modal_layer import Suspect
-from core.tell_change import sag_lines
+from core.tell_change import sag_lines, sag_span
 
 PITCH = np.array([3.0, 7.0, 11.0])
 SHAPES = np.linalg.qr(np.random.default_rng(4).standard_normal((12, 3)))[0].T
@@ -131,9 +132,44 @@ def test_a_sag_that_is_off_tells_the_clock_that_would_mend_it(clock, named):
     )
     sag = np.array([-1e-3, -4e-3])
     seen = SimpleNamespace(data=channels, measured=SimpleNamespace(sag=sag, sag_error=0.05))
-    (line,) = sag_lines(seen, SimpleNamespace(sag=sag * clock**2))
+    body = SimpleNamespace(sag=sag * clock**2)
+    (line,) = sag_lines(seen, body)
     assert line.startswith("Sag of tip: 0.004 m measured")
     assert (f"capture rate {named} times" in line) if named else "capture" not in line
+    other = clock**2 if named else 1.0  # the modulus that the sag tells, over that of the pitches
+    assert sag_span(seen, body) == pytest.approx((min(other, 1.0), max(other, 1.0)))
+
+
+@pytest.mark.parametrize(
+    ("names", "most"),
+    [
+        (("relaxation", "steady_drive"), DOUBT),  # these add to the swings
+        (("relaxation", "contact"), DOUBT**2),
+        (("lost_frames",), DOUBT),
+    ],
+)
+def test_a_body_is_in_doubt_the_sooner_where_nothing_bends_its_modes(names, most, monkeypatch):
+    monkeypatch.setattr(examine, "_is_slight", lambda verdict: False)
+    effects = [SimpleNamespace(name=name, layer="time") for name in names]
+    final = SimpleNamespace(law=SimpleNamespace(effects=effects))
+    damped = SimpleNamespace(law=SimpleNamespace(effects=[]))
+    assert examine._doubt(SimpleNamespace(final=final, damped=damped)) == most
+
+
+@pytest.mark.parametrize(
+    ("bend", "sure", "told_by"),
+    [(0.1, 0.001, 1), (0.001, 0.001, 0), (0.1, 0.2, 0)],
+    ids=["bent", "hardly bent", "the others are less sure"],
+)
+def test_the_mode_that_an_uneven_stiffness_bends_less_tells_the_modulus(
+    bend, sure, told_by, monkeypatch
+):
+    """Two octaves up it bends a pitch by a sixteenth."""
+    monkeypatch.setattr(modulus, "bent", lambda final: bend)
+    monkeypatch.setattr(modulus, "_spread", lambda final: np.array([0.001, sure]))
+    true, clear = np.array([5.0, 20.0]), [(0, 0), (1, 3)]
+    final = SimpleNamespace(loudest=0)
+    assert modulus._least_bent(final, true, clear, np.full(4, 0.002)) == told_by
 
 
 @pytest.mark.parametrize(("mass", "said"), [(0.3, False), (0.5, True)])
