@@ -18,7 +18,7 @@ from .lens import fitted, straightened
 from .listen import listen, listen_from
 from .match import Match, has_twin, match_modes, pursue, select
 from .outlived import outlived
-from .partners import FAINT, gaps_of, swing_of, with_partners
+from .partners import FAINT, gaps_of, heard_split, swing_of, with_partners
 from .residual import NOISY, excess
 from .seat import seated
 from .settle import (
@@ -258,6 +258,13 @@ def with_all(ground: Recorded, settled: tuple):
     setting = replace(free.law.setting, paired=paired, pair=pair, pair_gap=gaps.get(pair))
     free = replace(free, law=replace(free.law, setting=setting))
     if len(matches) == 1:
+        data, ring = ground.takes[ground.fitted[0]], ground.rings[ground.fitted[0]]
+        seen, own = body.seen(data), body.modes.frequency
+        gaps = {
+            k: gap
+            for k, gap in gaps.items()
+            if not heard_split(ring, ~data.support, first.modes[k], seen, own, gap)
+        }
         free = with_partners(free, gaps)
         wider = with_further(free, first, body, ground.rings)
         if len(wider.theta) > len(free.theta) and wider.chi2 > NOISY * wider.samples:

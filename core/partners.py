@@ -1,15 +1,19 @@
 """The other directions of degenerate modes: how far a body parts them, and which of them show."""
 
+from itertools import combinations
+
 import numpy as np
 
+from .baseline import real_shapes
 from .body import Body
-from .data import replace
+from .data import RingDown, replace
 from .law import TimeFit
-from .match import PAIR, turning
+from .match import ACROSS, CREEPING, PAIR, SPLIT, STRONG, SURE, likeness, mac, turning
 from .pair import with_partner
 from .refit import sunk
 from .symmetry import unevenness
 
+APART = 0.01  # relative, beyond what the body parts a pair by, from which that is split
 FAINT = 0.02  # of the strongest mode's swing: below, a partner is not looked for
 
 
@@ -26,6 +30,26 @@ def gaps_of(modes, body: Body) -> dict[int, float]:
         k: min(float(np.abs(np.delete(frequency, modes) / frequency[modes[k]] - 1).min()), most)
         for k in able
     }
+
+
+def heard_split(ring: RingDown, on, mode: int, seen: np.ndarray, computed: np.ndarray, gap: float):
+    """Whether two strong poles of a ring-down move as both directions of the computed `mode`'s pair
+    and across each other, further apart than the body parts them: no partner has one's pitch then.
+
+    on: (C,) bool, the object's channels. seen: (m, C) of the computed modes, at `computed` (m,) Hz.
+    """
+    shapes, seen = real_shapes(ring.amplitude)[0][:, on], seen[:, on]
+    size = np.linalg.norm(shapes, axis=1)
+    own = [
+        n
+        for n in np.flatnonzero((size > STRONG * size.max()) & (ring.damping_ratio < CREEPING))
+        if likeness(shapes[n], seen, computed, mode) > SURE
+    ]
+    return any(
+        gap + APART < abs(np.log(ring.frequency[a] / ring.frequency[b])) < SPLIT
+        and mac(shapes[a], shapes[b]) < ACROSS
+        for a, b in combinations(own, 2)
+    )
 
 
 def with_partners(found: TimeFit, gaps: dict[int, float], below: int = 0, take: int = 0) -> TimeFit:

@@ -6,11 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from core.data import RingDown
 from core.effects import contact, large_amplitude, steady_drive
 from core.effects.base import companion
 from core.joint import laid_bare
 from core.match import Match
 from core.pair import across, with_partner
+from core.partners import heard_split
 from core.timefit import extend, fit
 from tests.core.test_simulate import AMPLITUDE
 from tests.core.test_timefit import NOISE, SHAPE, TIME, Stop, W, channels, declared, moved, raced
@@ -126,3 +128,20 @@ def test_the_other_direction_is_sought_with_a_drive_that_one_rings_beside():
     assert found.chi2 > 2 * found.samples
     assert wider.chi2 < 1.1 * wider.samples
     assert wider.law.effects[-1] is steady_drive.EFFECT
+
+
+@pytest.mark.parametrize(
+    ("apart", "turned", "split"),
+    [(0.04, np.pi / 2, True), (0.04, 0.3, False), (0.004, np.pi / 2, False), (0.2, 1.5, False)],
+    ids=["split", "one direction twice", "as near as a mesh parts them", "another mode"],
+)
+def test_a_pair_that_was_heard_as_two_has_no_partner_at_one_pitch(apart, turned, split):
+    """Two directions of a pair, as 8 channels see them; one a little faint of a third mode."""
+    seen = np.linalg.qr(np.random.default_rng(5).standard_normal((8, 3)))[0].T
+    ways = np.array([[1.0, 0.0, 0.1], [np.cos(turned), np.sin(turned), -0.1]])
+    pitches = 10.0 * np.array([1.0, np.exp(apart)])
+    ring = RingDown(
+        pitches, np.full(2, 0.03), (ways @ seen).astype(complex), np.zeros(8), np.ones(8), np.eye(4)
+    )
+    on = np.ones(8, bool)
+    assert heard_split(ring, on, 0, seen, np.array([10.0, 10.0, 25.0]), 0.001) == split
