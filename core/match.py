@@ -27,6 +27,7 @@ CHANCE = 0.05  # that a motion that is none of a body's modes moves as one of th
 SURE = 0.7  # likeness in shape from which a mode is known by its fold
 FOLDED = 5.0  # likeness in shape that one of relative pitch weighs, for a folded mode
 LOWEST = 0.9  # of the lowest computed pitch: what is heard below is none of the body's modes
+DEEPEST = 0.3  # of it, below which no mass of the body's own brings one: a mean that wanders
 STRONG = 0.2  # of the strongest pole, from which one is surely there
 LEAST = 0.35  # likeness, less the difference in pitch, from which a mode is known
 HARMONIC = 0.04  # relative distance below which a pole is an overtone of a nonlinear mode
@@ -147,7 +148,8 @@ def _below(found: Match, ring: RingDown, chase: tuple, frequency, shapes) -> int
             break
         if order[n] in found.poles:  # as a fold, perhaps
             continue
-        if pitch[n] < LOWEST * scale * frequency.min() and z[n] < CREEPING:
+        low = pitch[n] / (scale * frequency.min())
+        if DEEPEST < low < LOWEST and z[n] < CREEPING:
             alike = max(likeness(measured[n], shapes, frequency, j) for j in range(len(frequency)))
             if alike > SURE and mac(measured[n], measured[0]) < SURE:
                 return int(n)

@@ -403,14 +403,15 @@ def test_a_mode_is_known_by_its_fold_if_it_moves_and_dies_as_such_a_one_does(fir
     [
         (1.07, 0.02, 0.95, 0.4, (1,)),
         (1.07, 0.3, 0.95, 0.4, (0,)),
+        (0.01, 0.02, 0.95, 0.4, (0,)),
         (1.07, 0.02, 0.4, 0.4, (0,)),
         (1.9, 0.02, 0.95, 0.4, (0,)),
         (1.07, 0.02, 0.95, 0.1, (0,)),
         (1.07, 0.02, -0.95, 0.4, (0,)),
     ],
     ids=[
-        "a mode", "a mean that creeps", "unlike any mode", "where the lowest may be", "faint",
-        "as the strongest",
+        "a mode", "a mean that creeps", "a mean that wanders", "unlike any mode",
+        "where the lowest may be", "faint", "as the strongest",
     ],
 )  # fmt: skip
 def test_no_strong_pole_lies_below_the_lowest_mode(low, z, like, loud, poles):
