@@ -152,9 +152,10 @@ def astray(
     found: TimeFit, heard: np.ndarray, z: np.ndarray, loud: int | None = None, aside=()
 ) -> np.ndarray:
     """(K,) bool: modes that have left the pitch (Hz) or damping ratio that they were heard at, or
-    that no longer die away while the first one does, or weak ones, those after the first `loud`,
-    that have run into another one's pitch: they take but a share of what that one does. Nor is it
-    theirs what was left `aside` (q,) Hz, if they end `NEARER` by it than to where they were heard.
+    that no longer die away while the first one does, or that have taken the place of the first one,
+    which has left it, or weak ones, those after the first `loud`, that have run into another one's
+    pitch: they take but a share of what that one does. Nor is it theirs what was left `aside` (q,)
+    Hz, if they end `NEARER` by it than to where they were heard.
     """
     away, nearest = np.abs(np.log(found.frequency / heard)), _to_nearest(found.frequency)
     strayed = (away > STRAY) | (away > np.maximum(nearest, CLOSE))
