@@ -15,7 +15,7 @@ from .refit import turned, without
 from .residual import NOISY, excess, strays
 from .side_by_side import in_step_by_parts
 from .sufficiency import ENOUGH_BOTH, adds, bends_the_body, one_of, sufficient
-from .time_layer import EVIDENCE, Candidate, judge, refuted, vetoed
+from .time_layer import EVIDENCE, NEARLY, Candidate, judge, refuted, vetoed
 from .together import pairs
 from .verdict import Verdict, partly, twins_of
 
@@ -178,17 +178,14 @@ def _two(chain, best: Candidate, rivals: list[Candidate], ranked, able: list) ->
     declared = chain[0][1]
     middle = alone[names[0]].found if names[0] in alone else best.found
     chain += ((names[0], middle), (names[1], best.found))
-    twins = tuple(
-        tuple(
-            {
-                n
-                for c in rivals
-                if other in c.names and c.evidence >= 0.9 * best.evidence
-                for n in c.names
-                if n not in names
-            }
-        )
-        for name, other in ((names[0], names[1]), (names[1], names[0]))
-    )
+
+    def twins_beside(other):
+        """What does nearly as much beside the other one, which does the rest."""
+        rest = max(alone[other].evidence, 0.0) if other in alone else 0.0
+        least = rest + NEARLY * (best.evidence - rest)
+        likely = [c for c in rivals if other in c.names and c.evidence >= least]
+        return tuple({n for c in likely for n in c.names if n not in names})
+
+    twins = tuple(twins_beside(other) for other in (names[1], names[0]))
     effects = tuple(judge((n,), best.found, declared) for n in names)
     return Verdict("explained", chain, effects, twins, ranked, ())

@@ -13,6 +13,7 @@ from functools import partial
 
 from .alone import add_second
 from .by_two import by_two, unless_it_weakens
+from .carried import carrying
 from .damping import find_damping, is_needless
 from .decidable import undecidable
 from .exchange import exchanged_alone
@@ -20,7 +21,7 @@ from .foils import is_broken, weakens
 from .forgotten import more_modes
 from .law import TimeFit
 from .ready import to_their_end, widened
-from .residual import NOISY, QUIET, excess, strays
+from .residual import AHEAD, NOISY, QUIET, excess, strays
 from .side_by_side import in_step_by_parts
 from .sufficiency import (
     CLEARLY,
@@ -119,7 +120,7 @@ def _sharpened(verdict: Verdict) -> Verdict:
     """The same, with what was found in coarse steps fitted and judged in fine ones."""
     declared = verdict.chain[0][1]
     coarse = list(dict.fromkeys(found for _, found in verdict.chain))
-    sharper = in_step_by_parts([partial(sharp, found) for found in coarse])
+    sharper = in_step_by_parts([lambda found=found: carrying(sharp(found)) for found in coarse])
     fine = dict(zip(coarse, sharper, strict=True))
     return replace(
         verdict,
@@ -214,13 +215,16 @@ def _loud(alone: Verdict) -> bool:
     """
     final = alone.final
     noisy = final.chi2 > NOISY * final.samples and two_by_two(alone.chain[0][1])
-    return len(alone.effects) == 1 and (noisy or strays(final))
+    return len(alone.effects) == 1 and (noisy or strays(final, AHEAD))
 
 
 def _does_more(both: Verdict, alone: Verdict) -> bool:
-    """Whether what was found together leaves noise, and takes most of what one effect leaves."""
+    """Whether what was found together leaves noise, and takes most of what one effect leaves; or
+    nearly all, here and ahead, of what one leaves that is far off there.
+    """
     if both.final.chi2 >= NOISY * both.final.samples:
-        return False
+        pair = _pair(both, alone)
+        return strays(alone.final, AHEAD) and min(pair.share, pair.held_share) > ENOUGH
     return _takes_most(both, alone) or _mends_ahead(both, alone)
 
 
@@ -230,7 +234,7 @@ def _mends_ahead(both: Verdict, alone: Verdict) -> bool:
     """
     pair, final = _pair(both, alone), alone.final
     fitted = final.chi2 < NOISY * final.samples or pair.share > MOST
-    return strays(final) and fitted and pair.held_share > MOST and pair.evidence > EVIDENCE
+    return strays(final, AHEAD) and fitted and pair.held_share > MOST and pair.evidence > EVIDENCE
 
 
 def _takes_most(both: Verdict, alone: Verdict) -> bool:

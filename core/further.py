@@ -203,7 +203,8 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
     scale = own[0] / body.modes.frequency[match.modes[0]]
     known = list(own)
     pair = own[law.setting.pair]
-    usual = np.median(found.damping_ratio)
+    # no force acts on a further mode, so that it is damped by what these take away as well
+    low, high = np.sort([np.median(found.damping_ratio), np.median(law.setting.zeta)])
     seen, frequency = body.seen(data)[:, on], body.modes.frequency
     q, _ = np.linalg.qr(seen[:SPAN].T)
     shapes = found.shapes_of(take)[:, on]
@@ -227,7 +228,7 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
         )
         if (
             f > LOWEST * scale * frequency[0]
-            and ALIKE[0] * usual < z < ALIKE[1] * usual
+            and ALIKE[0] * low < z < ALIKE[1] * high
             and (
                 mac(shape, shapes[0]) < SAME
                 or any(

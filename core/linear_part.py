@@ -23,9 +23,9 @@ STILL = 0.01  # frames, by which a sample must be later than those before it
 NEARER = 0.5  # of their distance, at most, that two modes' pitches may come nearer
 
 
-def march(law: Law, unpacked, data: Channels):
+def march(law: Law, unpacked, data: Channels, take: int = 0):
     """u, u' (B, T, K), None for u' where it does not show, the columns (B, T, q), the delays
-    (B, C, T) or None.
+    (B, C, T) or None. take: of the fitted ones, whose lines the forces feel.
     """
     omega, zeta, start, thetas = unpacked
     time = np.broadcast_to(instants(law, thetas, data), (len(omega), len(data.time)))
@@ -33,7 +33,9 @@ def march(law: Law, unpacked, data: Channels):
     forces = [(e, th) for e, th in pairs if e.acceleration or e.force]
     delay = delays(law, thetas, data)
     speeds = bool(law.turning) or delay is not None
-    u, v, traces = swing(omega, zeta, start, time, forces, law.setting, speeds)
+    carried = law.setting.carried if any(e.carries for e in law.effects) else ()
+    beside = carried[take] if carried else None
+    u, v, traces = swing(omega, zeta, start, time, forces, law.setting, speeds, beside)
     # modes above those that were measured answer a force at once, in a shape of their own
     traced = [e for e, _ in forces if e.force]
     ends = np.cumsum([0, *(e.axes for e in traced)])
@@ -80,7 +82,7 @@ def regressors(law: Law, unpacked, take: int):
     (B, T, K).
     """
     data = law.takes[law.fitted[take]]
-    u, v, columns, delay = march(law, unpacked, data)
+    u, v, columns, delay = march(law, unpacked, data, take)
     omega, zeta = unpacked[:2]
     motion = u
     if delay is None:

@@ -17,23 +17,25 @@ OFTEN = 8  # steps between two looks at it; between them it goes on
 Force = tuple[Effect, np.ndarray]  # the effect, its parameters (B, p)
 
 
-def stepped(
+def stepped(  # noqa: PLR0913  (what a motion is, and what acts on it)
     flow: tuple[np.ndarray, np.ndarray],
     start: np.ndarray,
     forces: Iterable[tuple[slice, list[Force]]],
     setting: Setting,
     step: float,
     count: int,
+    beside: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> tuple[np.ndarray, list[list[np.ndarray]]]:
     """The path (N, 3, K, B) of motions, u (m), u' (m/s) and the kick (m/s2) at N = `count` + 1
     steps of `step` s; and of each of the `forces` the traces [(N, b), ...] of those that act at a
     place, one for each axis.
 
     flow: what u and u' (2, K, B) give to themselves, and to each other, over a step; start
-    (B, 2, K); forces: those on some of the motions each.
+    (B, 2, K); forces: those on some of the motions each; beside: u and u' (N, K) that these feel
+    besides, and that are no part of the path.
     """
     own, other = flow
-    now = _Now(np.moveaxis(start, 0, 2))
+    now = _Now(np.moveaxis(start, 0, 2), beside)
     lines, theirs, pushes = _lines_of(now, forces, setting, count)
     shape = own[0].shape
     most = np.full(shape, RUNAWAY * setting.amplitude * setting.omega.max() / step)
@@ -54,7 +56,7 @@ def stepped(
             np.add(v_of_v, v_of_u, v)
             if i % OFTEN == 0:
                 np.clip(path[i, :2], -limit, limit, path[i, :2])
-            now.goes_on(i, step, u, np.add(v, half, now.v))
+            now.goes_on(i, step, u, np.add(v, half, now.speed))
         _kick(now, lines, pushes, kick)
         np.maximum(kick, least, kick)
         np.minimum(kick, most, kick)
@@ -90,13 +92,18 @@ def _kick(now: "_Now", lines: list["_Line"], pushes: list, out) -> None:
 class _Now:
     """The motions at one step: u (K, B) m, and u' (m/s) in the middle of the kick."""
 
-    def __init__(self, motion):
+    def __init__(self, motion, beside):
         self.motion = np.array(motion)
         self.u, self.v = self.motion
-        self.spare = np.empty_like(self.u)
+        self.spare, self.speed = np.empty_like(self.u), np.empty_like(self.u)
         self.i, self.t, self.h = 0, 0.0, 0.0
+        self._beside = beside
+        if beside is not None:
+            self.u, self.v = (a + b[0][:, None] for a, b in zip(self.motion, beside, strict=True))
 
     def goes_on(self, i: int, step: float, u, v) -> None:
+        if self._beside is not None:
+            u, v = (a + b[i][:, None] for a, b in zip((u, v), self._beside, strict=True))
         self.i, self.t, self.h, self.u, self.v = i, i * step, step, u, v
 
 

@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 
+from .carried import carrying
 from .effects.base import FINE, PLACES, Effect
 from .law import TRUST, Law, TimeFit
 from .outset import begin, outsets
@@ -137,7 +138,7 @@ def ended(one: Try, begun: Begun, anew: bool = True) -> TimeFit | None:
             return None
         shares = _shares(one, 1.0)
         found = best_fit(_finely(one.law), _places(one), shares, evaluations=looks, close=close)
-    return across(found) if effect.force else found
+    return carrying(across(found) if effect.force else found)
 
 
 def _finely(law: Law) -> Law:

@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 
 from .branches import with_branch
+from .carried import carrying
 from .effects.further_mode import ran_off
 from .law import TimeFit
 from .refit import turned
@@ -35,7 +36,7 @@ def to_their_end(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
     def to_the_end(c):
         if not any(e.marched for e in c.found.law.effects):
             return c
-        longer = fit(c.found.law, c.found.parameters, evaluations=TO_THE_END)
+        longer = carrying(fit(c.found.law, c.found.parameters, evaluations=TO_THE_END))
         none = vetoed(longer) or (len(c.names) > 1 and vetoed(turned(longer)))
         if none or (ran_off(longer) and not ran_off(c.found)):
             return c

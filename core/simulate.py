@@ -5,12 +5,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from .effects.base import FINE, Setting
+from .effects.base import FINE, Carried, Setting
 from .in_step import asked
 from .march import stepped
 
 COARSE = 16  # steps per period of the first mode, while it is only sought which force is there
-UNFELT = ("steps", "pitches", "pose")  # what a setting says to others than forces
+UNFELT = ("steps", "pitches", "pose", "carried")  # what a setting says to others than forces
 ROOM = 30e6  # numbers of a march's path: 240 MB
 NEAR = 8192  # numbers of each array that are worked on at a time: they stay near at hand
 HIGHEST = 3  # steps per period of the highest mode: at two, the kicks would be in step with it
@@ -35,6 +35,7 @@ class _Asked:
     forces: list  # [(effect, theta (B, p)), ...]
     setting: Setting
     speeds: bool
+    beside: Carried | None
 
     @property
     def steps(self) -> float:
@@ -53,11 +54,11 @@ class _Asked:
         """The same for all that may march together."""
         said = {k: v for k, v in vars(self.setting).items() if k not in UNFELT}
         one = [v if v is None or np.isscalar(v) else id(v) for v in said.values()]
-        return self.steps, self.omega.shape[1], *one
+        return self.steps, self.omega.shape[1], id(self.beside), *one
 
 
 def swing(  # noqa: PLR0913  (what a motion is, and what is asked of it)
-    omega, zeta, start, time, forces: list, setting: Setting, speeds: bool = True
+    omega, zeta, start, time, forces: list, setting: Setting, speeds: bool = True, beside=None
 ):
     """u, u' (B, T, K) and the forces' traces (B, T, F) with `forces` [(effect, theta (B, p)), ...];
     None for u' without `speeds`.
@@ -65,11 +66,11 @@ def swing(  # noqa: PLR0913  (what a motion is, and what is asked of it)
     Marched in steps (`march.py`), of which one cut short leads to the instants `time` (B, T). With
     no force it is `free_swing`. High modes may need more steps than `setting` says; they get FINE
     at most. Searches that go in step march as one: a step costs hardly more for many motions than
-    for one.
+    for one. `beside`: what the forces feel besides, which is no part of u.
     """
     if not forces:
         return *free_swing(omega, zeta, start, time, speeds), np.zeros((*time.shape, 0))
-    return asked(_Asked(omega, zeta, start, time, forces, setting, speeds), _marched)
+    return asked(_Asked(omega, zeta, start, time, forces, setting, speeds, beside), _marched)
 
 
 def _marched(all_of: list[_Asked]) -> list:
@@ -108,7 +109,8 @@ def _in_one(group: list[_Asked]):
     ends = np.cumsum([0, *(len(one.omega) for one in group)])
     rows = [slice(a, b) for a, b in pairwise(ends)]
     forces = [(where, one.forces) for where, one in zip(rows, group, strict=True)]
-    path, traces = stepped(_flow(omega, zeta, step), start, forces, setting, step, count)
+    beside = group[0].beside and group[0].beside.at(step, count)
+    path, traces = stepped(_flow(omega, zeta, step), start, forces, setting, step, count, beside)
     for one, where, own in zip(group, rows, traces, strict=True):
         yield _seen(one, path[..., where], step, own)
 

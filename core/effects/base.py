@@ -1,7 +1,7 @@
 """What an effect is: one frozen noun that each file of this folder fills in."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -11,6 +11,7 @@ FAINT = 3.0  # standard deviations that an effect's strength is away from nought
 PLACES = 16  # on the body, beside the reference, where a search for a force may begin
 FINE = 32  # steps per period of the first mode; only added forces see them, smooth ones squared
 KNOWN = 1e-7  # of a motion that a basis has not, below which it is rounding
+UNCLEAR = 0.05  # of the clearest combination of modes: what is seen less is not told apart
 SAME_SHAPE = 0.7  # share of a second motion along a mode's shape that makes it a mere companion
 
 
@@ -23,6 +24,21 @@ class Parameter:
     low: float
     high: float
     form: float = 0.05  # relative standard deviation by which no real thing keeps to the law
+
+
+@dataclass(frozen=True, eq=False)
+class Carried:
+    """What the modes of a take do that is no ring-down, and that forces feel as well."""
+
+    paths: list  # [time (N,) s -> (N, K) m, ...]
+    known: dict = field(default_factory=dict)
+
+    def at(self, step: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """u and u' (N, K) at N = `count` + 1 steps of `step` s."""
+        if (step, count) not in self.known:
+            u = sum(path(step * np.arange(count + 1)) for path in self.paths)
+            self.known[step, count] = u, np.gradient(u, step, axis=0)
+        return self.known[step, count]
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +71,7 @@ class Setting:
     pose: np.ndarray | None = None  # (C,) what swings, at the release; known once it is fitted
     blow: np.ndarray | None = None  # (C,) s, speeds over omega^2 if it was struck; known then
     pitches: np.ndarray | None = None  # (K,) Hz; known once they are fitted
+    carried: tuple = ()  # per fitted take, `Carried`; known once it is fitted
     near: object | None = None  # a camera's Nearness, where the rest places show it without doubt
     steps: int = FINE  # of a march, per period of the first mode
     paired: bool = True  # a mode has a degenerate partner that was not matched
@@ -109,6 +126,8 @@ class Effect:
       starts(setting, residual) -> list of theta      where the fit begins
       report(theta, setting, shape) -> {name: value}   the contract's parameters; shape (C, q) is
           how strongly each channel shows the columns
+      carries(found, i, take) -> (time (N,) -> (N, K))   what effect number i of a fit makes the
+          modes do, m, which other effects' forces feel
       alike(theta, setting, shape) -> [{name: value}, ...]   the same, as far from that as what a
           recording cannot show lets it be
     """
@@ -132,6 +151,7 @@ class Effect:
     columns: Callable | None = None
     beside: Callable | None = None
     beside_in: Callable | None = None
+    carries: Callable | None = None
     channels: Callable | None = None  # (theta, setting, take) -> (C,) bool: who has the columns
     clock: Callable | None = None
     delay: Callable | None = None
@@ -261,6 +281,14 @@ def companion(found, k: int, condition: int = 0, take: int = 0) -> str:
     """
     alike = shared(found, k, condition, take)
     return f"its shape is that of mode {k + 1}" if alike > SAME_SHAPE else ""
+
+
+def along_modes(found, seen: np.ndarray, take: int) -> np.ndarray:
+    """(K, q) how much of each mode is in what the channels see, (C, q), of a fitted take."""
+    data = found.law.takes[found.law.fitted[take]]
+    on = ~data.support
+    shapes, sigma = found.shapes_of(take)[:, on] / data.sigma[on], data.sigma[on, None]
+    return np.linalg.lstsq(shapes.T, seen[on] / sigma, rcond=UNCLEAR)[0]
 
 
 def shared(found, k: int, condition: int = 0, take: int = 0) -> float:

@@ -16,7 +16,7 @@ from scipy.ndimage import uniform_filter1d
 from scipy.signal import lfilter
 
 from ..data import poles
-from .base import Effect, Parameter, as_declared
+from .base import Effect, Parameter, along_modes, as_declared
 
 FEWEST = 12  # instants at which a support is seen, to tell how it moves
 ALONG, ABOVE = 0.01, 2.0  # power of a way that counts, over that of the largest and of the noise
@@ -208,6 +208,16 @@ def _answers(at, ways, theta, omega, zeta, time) -> np.ndarray:
     ).swapaxes(1, 2)
 
 
+def carries(found, i, take):
+    """The body's answers, each of the mode whose it is and of what else the channels see of it."""
+    law, effect = found.law, found.law.effects[i]
+    data = law.takes[law.fitted[take]]
+    size = along_modes(found, found.column_shapes(take)[i], take)
+    answers = effect.beside_in(data.take)
+    omega, zeta = 2 * np.pi * found.pitches(take), found.damping_ratio
+    return lambda time: answers(found.theta[i], omega[None], zeta[None], time[None])[0] @ size.T
+
+
 def shaken(shared: tuple[np.ndarray, ...], rms: float, free: int, paths=None) -> Effect:
     """The motion `shared`, per take (T, C), taken off; `rms` of it in m, `free` numbers in it.
 
@@ -226,6 +236,7 @@ def shaken(shared: tuple[np.ndarray, ...], rms: float, free: int, paths=None) ->
         columns=first and as_declared(first),
         beside=first,
         beside_in=first and (lambda take: swings[key(take)]),
+        carries=first and carries,
         channels=lambda setting, data: ~data.support,
         free=free,
         report=lambda theta, setting, shape: {"rms": rms},

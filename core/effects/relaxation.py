@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .base import Effect, Parameter
+from .base import Effect, Parameter, along_modes
 
 SLOWEST = 2.0  # times the record that the return may take: an offset, beyond
 LEAST = 1e-9  # of the pose that returns slowly
@@ -22,6 +22,12 @@ SHORT = 0.5  # of its time that it was held before the release at least; who kno
 def columns(theta, setting, time, u):
     """The slow return exp(-t/T(1+r)) with a shape of its own; theta = log of its time, or times."""
     return np.exp(-time[:, :, None] / np.exp(theta)[:, None])
+
+
+def carries(found, i, take):
+    """How far the body still is from rest."""
+    size = along_modes(found, found.column_shapes(take)[i], take)
+    return lambda time: columns(found.theta[i], None, time[None], None)[0] @ size.T
 
 
 def starts(setting, residual):
@@ -121,6 +127,7 @@ EFFECT = Effect(
     high=(np.log(60.0),),
     starts=starts,
     columns=columns,
+    carries=carries,
     of_release=True,
     report=report,
     alike=alike,

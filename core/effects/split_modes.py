@@ -13,7 +13,7 @@ import numpy as np
 from .base import FAINT, Effect, Parameter, companion, ring
 from .partner import SPREAD, another_motion
 
-NOTHING = 1.3  # misfit per sample
+NOTHING = 1.1  # misfit per sample
 WHIRL = 0.2  # of the second mode's motion, that it makes a quarter of a period off the rest
 
 

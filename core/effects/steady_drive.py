@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .base import Effect, Parameter, companion
+from .base import Effect, Parameter, along_modes, companion
 from .further_mode import further_mode
 
 RESONANT = 0.06  # relative distance from a pitch
@@ -56,6 +56,24 @@ def report(theta, setting, shape):
     path = np.linalg.lstsq(setting.support(frequency), response, rcond=UNSEEN)[0]
     sway = np.linalg.norm(np.array([path.real, path.imag]), 2)  # an ellipse's longer half axis
     return {"frequency": frequency, "amplitude": float(sway)}
+
+
+def carries(found, i, take):
+    """The body's own motion, without what the support moves it by."""
+    law, rate = found.law, np.exp(found.theta[i][0][0])
+    seen = found.column_shapes(take)[i]
+    if law.setting.support is not None:
+        response = seen @ np.array([1, -1j])
+        path = np.linalg.lstsq(law.setting.support(rate), response, rcond=UNSEEN)[0]
+        own = response - law.takes[law.fitted[take]].directions @ path
+        seen = np.stack([own.real, -own.imag], axis=1)
+    size = along_modes(found, seen, take)
+
+    def path(time):
+        phase = 2 * np.pi * rate * time
+        return np.stack([np.cos(phase), np.sin(phase)], axis=1) @ size.T
+
+    return path
 
 
 def alike(theta, setting, shape):
@@ -112,6 +130,7 @@ EFFECT = Effect(
     high=(np.log(2e3),),
     starts=starts,
     columns=columns,
+    carries=carries,
     phased=True,
     veto=veto,
     report=report,

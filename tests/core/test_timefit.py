@@ -624,7 +624,7 @@ def test_a_split_within_three_sigma_of_what_meshes_split_by_is_none(spread, name
 
 
 @pytest.mark.parametrize(
-    ("flat", "left", "named"), [(True, 1.1, True), (True, 5.0, False), (False, 1.1, False)]
+    ("flat", "left", "named"), [(True, 1.05, True), (True, 1.2, False), (False, 1.05, False)]
 )
 def test_a_split_of_the_same_shape_is_one_where_a_camera_may_see_both_ways_alike(flat, left, named):
     one = split(0.08, left=left, across=False, flat=flat)
