@@ -22,6 +22,7 @@ from .sufficiency import ENOUGH
 from .time_layer import Candidate, able, begins_of, judge, refuted, stands_in
 from .timefit import at_first, best_fit, misfits, walked
 
+ROUNDS = 2  # of the best of two effects, each from what the one before has found
 RUNNERS = 2  # starting places of a twin that are fitted
 LOOKS, FIRST = 20, 8  # of a twin, and its first ones, or those on each share of the record
 SHARES = (0.3, 0.6)  # of the record, on which a force begins that may bend a pitch otherwise
@@ -55,9 +56,11 @@ def exchanged_alone(found: list[Candidate], declared: TimeFit) -> list[Candidate
     return [replace(c, outdone=c.outdone or stands_in(c, out)) for c in out]
 
 
-def exchanged(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
-    """The candidates of two effects, best first, with those that the best one's twins make."""
-    if not found or found[0].share < ENOUGH:
+def exchanged(found: list[Candidate], declared: TimeFit, rounds: int = ROUNDS) -> list[Candidate]:
+    """The candidates of two effects, best first, with those that the best one's twins make; and,
+    where one of these is better, its own.
+    """
+    if not found or found[0].share < ENOUGH or not rounds:
         return found
     best = found[0]
     swaps = [
@@ -74,7 +77,9 @@ def exchanged(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
             candidate, key = judge(names, one, declared), frozenset(names)
             kept[key] = max(kept.get(key, candidate), candidate, key=lambda c: c.evidence)
     out = sorted(kept.values(), key=lambda c: -c.evidence)
-    return [c for c in out if not stands_in(c, out)]
+    out = [c for c in out if not stands_in(c, out)]
+    same = not out or set(out[0].names) == set(best.names)
+    return out if same else exchanged(out, declared, rounds - 1)
 
 
 def _instead(found: TimeFit, at: int, effect: Effect) -> TimeFit | None:

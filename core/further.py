@@ -195,16 +195,17 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
     left = (data.values - found.predicted[index])[use][:, on]
     if np.isfinite(left).all(axis=1).sum() < FEWEST:
         return []
-    for most in (MOST, MOST // 2):  # so many close together may hide one another
-        ring = invert(time, left, noise=data.sigma[on], max_modes=most)
+    for count in (MOST, MOST // 2):  # so many close together may hide one another
+        ring = invert(time, left, noise=data.sigma[on], max_modes=count)
         if len(ring.frequency):
             break
     own = found.pitches(take)
     scale = own[0] / body.modes.frequency[match.modes[0]]
     known = list(own)
     pair = own[law.setting.pair]
+    usual = np.median(found.damping_ratio)
     # no force acts on a further mode, so that it is damped by what these take away as well
-    low, high = np.sort([np.median(found.damping_ratio), np.median(law.setting.zeta)])
+    most = max(usual, np.median(law.setting.zeta)) if any(e.marched for e in law.effects) else usual
     seen, frequency = body.seen(data)[:, on], body.modes.frequency
     q, _ = np.linalg.qr(seen[:SPAN].T)
     shapes = found.shapes_of(take)[:, on]
@@ -228,7 +229,7 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
         )
         if (
             f > LOWEST * scale * frequency[0]
-            and ALIKE[0] * low < z < ALIKE[1] * high
+            and ALIKE[0] * usual < z < ALIKE[1] * most
             and (
                 mac(shape, shapes[0]) < SAME
                 or any(
@@ -252,7 +253,7 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
 
 def _bases(found: TimeFit, take: int, line: tuple, on: np.ndarray) -> list[float]:
     """Hz of those of the first two modes that swing far more, rms over the fitted part, than a line
-    (Hz, damping ratio, (C,) amplitudes): it may be their overtone.
+    (Hz, damping ratio, (C,) amplitudes): it may be their overtone, or of both a combination.
     """
     f, z, amplitude = line
     data = found.law.takes[found.law.fitted[take]]
@@ -265,15 +266,15 @@ def _bases(found: TimeFit, take: int, line: tuple, on: np.ndarray) -> list[float
 
 
 def _clear(f: float, known: list, beyond_doubt: bool, bases: list) -> bool:
-    """Whether a pitch is none of the known ones, nor an overtone of the `bases` or a combination of
-    the first two known ones that is not `beyond_doubt` a mode of the body too.
+    """Whether a pitch is none of the known ones, nor an overtone or a combination of the `bases`
+    that is not `beyond_doubt` a mode of the body too.
     """
     if any(abs(np.log(f / k)) < APART for k in known):
         return False
     if beyond_doubt:
         return True
     overtones = [n * k for n in (2, 3) for k in bases]
-    sums = [abs(a + sign * b) for a in known[:2] for b in known[:2] for sign in (1, -1) if a != b]
+    sums = [abs(a + sign * b) for a in bases for b in bases for sign in (1, -1) if a != b]
     return all(abs(f - t) > HARMONIC * f for t in overtones) and all(
         abs(f - t) > HARMONIC / 2 * f for t in sums
     )

@@ -132,3 +132,37 @@ def test_a_line_that_foretells_comes_before_a_shared_motion_that_is_read_off(sha
     line = Candidate(("steady_drive", "air_drag"), None, 900.0, share, ahead)
     assert first in module._line_first([shaken, other, line])[0].names
     assert module._line_first([line, shaken]) == [line, shaken]
+
+
+@pytest.mark.parametrize(
+    ("misfit", "left", "free", "miss"),
+    [(2.0, 0.3, 0, True), (1.2, 0.3, 0, False), (2.0, 0.4, 0, False), (2.0, 0.3, 1, False)],
+    ids=["far less", "the best leaves noise", "not far less", "read off the record"],
+)
+def test_two_that_foretell_by_chance_give_way_to_what_misses_less(
+    monkeypatch, misfit, left, free, miss
+):
+    best = SimpleNamespace(chi2=misfit, samples=1.0, excess=0.5)
+    effects = [SimpleNamespace(free=free), SimpleNamespace(free=0)]
+    other = SimpleNamespace(law=SimpleNamespace(effects=effects), excess=left)
+    more = Candidate(("contact", "relaxation"), other, 2 * EVIDENCE, 0.99, 0.5)
+    monkeypatch.setattr(module, "_stand", list)
+    monkeypatch.setattr(module, "excess", lambda found: found.excess)
+    assert module._miss_less([more], best) is miss
+
+
+def test_a_twin_of_the_lesser_of_two_does_nearly_what_that_one_does_beside_the_other():
+    """All that the greater one does tells nothing of it."""
+
+    def told(*names, evidence):
+        return Candidate(names, fit, evidence, 0.9, 0.9)
+
+    fit = creeping_and_rubbed()
+    alone = [told("steady_drive", evidence=900.0), told("air_drag", evidence=50.0)]
+    best = told("steady_drive", "air_drag", evidence=1000.0)
+    near = told("steady_drive", "dry_friction", evidence=985.0)
+    far = told("contact", "steady_drive", evidence=960.0)
+    other = told("base_motion", "air_drag", evidence=900.0)
+    two = module._two(((None, fit),), best, [best, near, far, other], (), alone)
+    assert two.names == ("steady_drive", "air_drag")
+    assert two.twins == (("base_motion",), ("dry_friction",))

@@ -43,7 +43,7 @@ from core.race import Try, begun, begun_all, ended, race, worth
 from core.read_off import _left, _moved, _nearby, _with_jumps, jumps, read_off
 from core.ready import to_their_end
 from core.refit import turned
-from core.residual import AHEAD, strays
+from core.residual import AHEAD, NOISY, strays
 from core.screen import screen
 from core.settle import _opened, astray
 from core.simulate import COARSE, swing
@@ -997,7 +997,7 @@ def test_frames_lost_after_the_fitted_part_are_a_part_of_what_was_off(clock, lef
     assert not adds(quiet, judge(("contact", effect.name), mended, quiet.found))
 
 
-@pytest.mark.parametrize(("ahead", "told"), [(3.0, True), (1.0, False)])
+@pytest.mark.parametrize(("ahead", "told"), [(3.0, True), (1.4, True), (0.9, False)])
 def test_two_effects_tell_more_than_one_that_is_quiet_but_far_off_ahead(ahead, told):
     declared_fit = declared(channels(moved(seed=1)))
     far = leaving(declared_fit, 1.0, 1.0)
@@ -1009,6 +1009,33 @@ def test_two_effects_tell_more_than_one_that_is_quiet_but_far_off_ahead(ahead, t
     chain = ((None, far), ("contact", off), ("relaxation", declared_fit))
     both = Verdict("explained", chain, (one, two), ((), ()), (), ())
     assert np.isnan(_pair(both, alone).share)  # there was nothing to take
+    assert _does_more(both, alone) is told
+
+
+@pytest.mark.parametrize(
+    ("fitted", "ahead", "told"),
+    [(1.0, 1.0, True), (2.0, 1.0, False), (1.0, 2.0, False)],
+    ids=["nearly all", "less where it was fitted", "less ahead"],
+)
+def test_two_effects_that_leave_more_than_noise_tell_more_if_they_take_nearly_all(
+    fitted, ahead, told
+):
+    """Of what one effect leaves that is far off ahead."""
+    declared_fit = declared(channels(moved(seed=1)))
+    data = declared_fit.law.takes[0]
+
+    def off(fit, held):
+        shift = np.where(data.fit, fit, held)[:, None] * NOISE
+        predicted = declared_fit.predicted[0] + shift
+        chi2 = float((((data.values - predicted) / data.sigma)[data.fit] ** 2).sum())
+        return replace(declared_fit, chi2=chi2, predicted=(predicted,))
+
+    far, lone, pair = off(20.0, 20.0), off(3.0, 3.0), off(fitted, ahead)
+    one, two = (judge((name,), lone, far) for name in ("contact", "relaxation"))
+    alone = Verdict("explained", ((None, far), ("contact", lone)), (one,), ((),), (), ())
+    chain = ((None, far), ("contact", lone), ("relaxation", pair))
+    both = Verdict("explained", chain, (one, two), ((), ()), (), ())
+    assert pair.chi2 > NOISY * pair.samples
     assert _does_more(both, alone) is told
 
 
