@@ -10,7 +10,7 @@ from core.all_told import _mimics, cleared, modes_of, tells_all
 from core.data import poles
 from core.effects import large_amplitude, lost_frames
 from core.effects.further_mode import further_mode, pitch_of
-from core.further import _poles, _staying
+from core.further import _bases, _clear, _poles, _staying
 from core.harmonic_inversion import invert
 from core.law import replace
 from core.linear_part import fitted_instants
@@ -300,3 +300,22 @@ def test_a_mode_is_one_direction_of_a_pair_however_the_mesh_turned_that(turned):
     )
     alone = len(_poles(found, 0, SimpleNamespace(modes=(0,)), apart))
     assert alone == (turned == 0.0)
+
+
+@pytest.mark.parametrize(
+    ("size", "faint", "clear"), [(0.02, 0.5, False), (0.2, 0.5, True), (0.02, 0.03, True)]
+)
+def test_no_combination_is_louder_than_a_share_of_all_that_it_combines(size, faint, clear):
+    """Of modes at 5 and 9 Hz, the latter `faint`, and a line of that size at 14 Hz."""
+    rows = np.array([1.0, faint])[:, None] * AMPLITUDE * np.exp(-TIME) * np.cos(40 * TIME)
+    data = channels(np.zeros((len(TIME), 4)))
+    found = SimpleNamespace(
+        law=SimpleNamespace(takes=(data,), fitted=(0,)),
+        motions=(rows.T,),
+        shapes_of=lambda take: np.vstack([SHAPE, SHAPE]),
+        pitches=lambda take: np.array([5.0, 9.0]),
+    )
+    line = 14.05, 0.02, size * AMPLITUDE * SHAPE
+    bases = _bases(found, 0, line, np.ones(4, bool))
+    assert _clear(14.05, [5.0, 9.0], False, bases) is clear
+    assert _clear(14.05, [5.0, 9.0], True, bases)

@@ -1077,6 +1077,17 @@ def test_a_weak_mode_that_runs_into_a_loud_one_is_a_share_of_it():
     assert astray(found, heard, z, loud=2).tolist() == [False, True, False]
 
 
+def test_a_mode_that_takes_the_place_of_the_first_one_is_none():
+    """Where that has left it; but not one that is where it was heard, or while the first is."""
+    heard, z = np.array([5.0, 5.3, 14.0]), np.full(3, 0.02)
+    gone = ended_at(np.array([6.1, 5.08, 14.0]), z)
+    assert astray(gone, heard, z).tolist() == [False, True, False]
+    gone.frequency = np.array([6.1, 5.25, 14.0])
+    assert astray(gone, heard, z).tolist() == [False, False, False]
+    gone.frequency = np.array([5.6, 5.08, 14.0])
+    assert astray(gone, heard, z).tolist() == [False, False, False]
+
+
 def test_a_weak_mode_that_runs_into_what_was_left_aside_was_none():
     heard, z = np.array([2.77, 20.59, 24.69]), np.full(3, 0.01)
     found = ended_at(np.array([2.77, 22.32, 24.69]), z)

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core import time_layer, together
+from core import exchange, time_layer, together
 from core.effects import asymmetric_stiffness, dry_friction, relaxation, steady_drive
 from core.exchange import exchanged
 from core.time_layer import Candidate, judge, stands_in
@@ -67,6 +67,25 @@ def test_a_twin_takes_the_place_of_what_a_search_began_with():
     assert set(best.names) == {"dry_friction", "relaxation"}
     fine = sharp(best.found)
     assert fine.chi2 < 1.2 * fine.samples
+
+
+@pytest.mark.parametrize(("better", "rounds"), [(True, 2), (False, 1)])
+def test_what_took_the_place_of_the_best_is_given_up_for_a_twin_of_its_own(
+    monkeypatch, better, rounds
+):
+    found = creeping_and_rubbed(0.15)
+    wrong = both_of(found, asymmetric_stiffness.EFFECT, dry_friction.EFFECT)
+    right = both_of(found, relaxation.EFFECT, dry_friction.EFFECT)
+    asked = []
+
+    def instead(best, at, effect):
+        asked.append(best)
+        return right.found if better and effect.name == "relaxation" else None
+
+    monkeypatch.setattr(exchange, "_instead", instead)
+    best = exchanged([wrong], found)[0]
+    assert best.found is (right if better else wrong).found
+    assert len({id(one) for one in asked}) == rounds
 
 
 def test_a_line_at_the_pitch_stands_in_for_a_rub_that_tells_as_much():
