@@ -12,7 +12,7 @@ from .foils import is_broken, weakens, weakens_rather
 from .law import TimeFit
 from .ready import polished, to_their_end
 from .refit import turned, without
-from .residual import NOISY, excess, strays
+from .residual import NOISY, QUIET, excess, strays
 from .side_by_side import in_step_by_parts
 from .sufficiency import ENOUGH_BOTH, adds, bends_the_body, one_of, sufficient
 from .time_layer import EVIDENCE, NEARLY, Candidate, judge, refuted, vetoed
@@ -41,7 +41,7 @@ def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
     both = _stand([c for c in found if sufficient(c, ENOUGH_BOTH)])
     if both and is_broken(declared, both[0]):
         return Verdict("unexplained", chain, (), (), ranked, ())
-    if both:
+    if both and both[0].found.chi2 >= QUIET * both[0].found.samples:
         more = [c for c in found if c not in both and c.evidence > both[0].evidence + EVIDENCE]
         if _need_another_body(more) or _miss_less(more, both[0].found):
             both = []

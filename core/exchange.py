@@ -22,6 +22,7 @@ from .sufficiency import ENOUGH
 from .time_layer import Candidate, able, begins_of, judge, refuted, stands_in
 from .timefit import at_first, best_fit, misfits, walked
 
+BENDING = ("asymmetric_stiffness", "contact", "large_amplitude")
 ROUNDS = 2  # of the best of two effects, each from what the one before has found
 RUNNERS = 2  # starting places of a twin that are fitted
 LOOKS, FIRST = 20, 8  # of a twin, and its first ones, or those on each share of the record
@@ -67,7 +68,7 @@ def exchanged(found: list[Candidate], declared: TimeFit, rounds: int = ROUNDS) -
         (at, effect)
         for at in (-1, -2)
         for effect in able(declared, TIME_EFFECTS)
-        if effect.name in best.found.law.effects[at].twins and effect.name not in best.names
+        if effect.name in _twins_of(best.found, at) and effect.name not in best.names
     ]
     tries = in_step_by_parts([partial(_instead, best.found, *swap) for swap in swaps])
     kept = {frozenset(c.names): c for c in found}
@@ -80,6 +81,15 @@ def exchanged(found: list[Candidate], declared: TimeFit, rounds: int = ROUNDS) -
     out = [c for c in out if not stands_in(c, out)]
     same = not out or set(out[0].names) == set(best.names)
     return out if same else exchanged(out, declared, rounds - 1)
+
+
+def _twins_of(found: TimeFit, at: int) -> set[str]:
+    """Names of what may look like effect number `at`: of what bends a pitch beside a motion that it
+    feels, all that does, for about a place aside what is the same both ways no longer is.
+    """
+    effects = found.law.effects
+    bends = effects[at].name in BENDING and any(e.carries for e in effects)
+    return {*effects[at].twins, *(BENDING if bends else ())}
 
 
 def _instead(found: TimeFit, at: int, effect: Effect) -> TimeFit | None:

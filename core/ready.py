@@ -10,7 +10,7 @@ from .carried import carrying
 from .effects.further_mode import ran_off
 from .law import TimeFit
 from .refit import turned
-from .residual import NOISY
+from .residual import NOISY, QUIET
 from .rub import in_plane
 from .side_by_side import in_step_by_parts
 from .time_layer import EVIDENCE, NEARLY, Candidate, judge, vetoed
@@ -74,8 +74,10 @@ def _laid_bare(found: list[Candidate], able: list[bool], declared: TimeFit, wide
         others = [judge(c.names, found, declared) for found in (two, widen(two, len(c.names)))]
         return max(c, *others, key=lambda one: one.evidence)
 
-    pairs = list(zip(found, able, strict=True))
-    some = [c for c, may in pairs if may and c.found.chi2 >= NOISY * c.found.samples]
+    may = [c for c, is_able in zip(found, able, strict=True) if is_able]
+    loud = any(c.found.chi2 >= NOISY * c.found.samples for c in may)
+    # of those that vie all are asked for more, or none: else the worse one leaves less
+    some = [c for c in may if loud and c.found.chi2 >= QUIET * c.found.samples]
     others = [c for c in found if c not in some]
     out = in_step_by_parts([partial(laid_bare, c) for c in some])
     return sorted([*out, *others], key=lambda c: -c.evidence)

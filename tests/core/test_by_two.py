@@ -15,7 +15,7 @@ from tests.core.test_together import both_of, creeping_and_rubbed
 @pytest.mark.parametrize(("evidence", "verdict"), [(1.5, "explained"), (0.5, "unexplained")])
 def test_two_effects_without_evidence_tell_nothing(monkeypatch, evidence, verdict):
     """However much of a little they take: so may chance."""
-    fit = SimpleNamespace(law=SimpleNamespace(effects=()))
+    fit = SimpleNamespace(law=SimpleNamespace(effects=()), chi2=1.0, samples=1.0)
     both = Candidate(("contact", "relaxation"), fit, evidence * EVIDENCE, 0.99, 0.99)
     for name, value in {
         "pairs": [both],
@@ -88,13 +88,19 @@ def test_of_what_stays_unexplained_two_are_parts_or_the_one_that_they_lead_to(mo
     assert len(part.found.law.effects) == 1
 
 
-@pytest.mark.parametrize(("bends", "verdict"), [(True, "unexplained"), (False, "explained")])
+@pytest.mark.parametrize(
+    ("bends", "left", "verdict"),
+    [(True, 1.2, "unexplained"), (False, 1.2, "explained"), (True, 1.0, "explained")],
+    ids=["another body", "the same", "another, but less leaves noise"],
+)
 def test_two_that_tell_less_are_not_the_explanation_where_more_needs_another_body(
-    monkeypatch, bends, verdict
+    monkeypatch, bends, left, verdict
 ):
     found = creeping_and_rubbed()
     more = both_of(found, dry_friction.EFFECT, relaxation.EFFECT)
-    less = replace(more, names=("contact", "relaxation"), evidence=more.evidence - 2 * EVIDENCE)
+    fit = replace(more.found, chi2=left * more.found.samples)
+    names = "contact", "relaxation"
+    less = replace(more, names=names, found=fit, evidence=more.evidence - 2 * EVIDENCE)
     for name, value in {
         "pairs": [more, less],
         "to_their_end": [more, less],
@@ -109,7 +115,7 @@ def test_two_that_tell_less_are_not_the_explanation_where_more_needs_another_bod
     monkeypatch.setattr(module, "sufficient", lambda c, *_, **__: c is less)
     told = by_two(((None, found),), ([], (), [], {}), 0.1, lambda found, effects: found)
     assert told.verdict == verdict
-    assert set(told.names) == set((more if bends else less).names)
+    assert set(told.names) == set((more if verdict == "unexplained" else less).names)
 
 
 @pytest.mark.parametrize(
