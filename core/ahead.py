@@ -35,7 +35,9 @@ def ahead(law: Law, p: np.ndarray, coefficients: np.ndarray, index: int) -> np.n
     model, take = law.fitted.index(same[0]), law.takes[index]
     given = sum(e.given(index) for e in law.effects if e.given)
     data = replace(take, take=replace(take.take, held_out=False), values=take.values - given)
-    one = replace(law, takes=(data,), condition=(0,), pitch=(0,))
+    # what its forces feel beside the ring-down began otherwise than in any other take
+    own = replace(law.setting, carried=())
+    one = replace(law, takes=(data,), condition=(0,), pitch=(0,), setting=own)
     a, b, _ = law.sizes()
     K, at = law.modes, 2 * law.modes * pitch
     lead = np.r_[p[at : at + 2 * K], np.zeros(2 * K), p[a + b :]]

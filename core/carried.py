@@ -13,10 +13,13 @@ from .law import TimeFit
 from .timefit import fit
 
 LOOKS = 10  # of a fit with forces, from where it stood when they felt less
+HORIZONS = (0.15, 0.3, 0.6, 1.0)  # shares of the fitted part: the phase must not slip
 
 
 def carrying(found: TimeFit) -> TimeFit:
-    """The fit whose forces, and those to come, feel what its effects make the modes do."""
+    """The fit whose forces, and those to come, feel what its effects make the modes do; as it was,
+    where that leaves more.
+    """
     law = found.law
     some = [(i, effect) for i, effect in enumerate(law.effects) if effect.carries]
     if not some:
@@ -28,4 +31,4 @@ def carrying(found: TimeFit) -> TimeFit:
     law = replace(law, setting=replace(law.setting, carried=carried))
     if not any(e.marched for e in law.effects):
         return replace(found, law=law)
-    return min(found, fit(law, found.parameters, evaluations=LOOKS), key=lambda one: one.chi2)
+    return min(found, fit(law, found.parameters, HORIZONS, LOOKS), key=lambda one: one.chi2)

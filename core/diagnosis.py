@@ -120,7 +120,7 @@ def _sharpened(verdict: Verdict) -> Verdict:
     """The same, with what was found in coarse steps fitted and judged in fine ones."""
     declared = verdict.chain[0][1]
     coarse = list(dict.fromkeys(found for _, found in verdict.chain))
-    sharper = in_step_by_parts([lambda found=found: carrying(sharp(found)) for found in coarse])
+    sharper = in_step_by_parts([partial(_sharp, found) for found in coarse])
     fine = dict(zip(coarse, sharper, strict=True))
     return replace(
         verdict,
@@ -131,6 +131,10 @@ def _sharpened(verdict: Verdict) -> Verdict:
             for c in verdict.ranked
         ),
     )
+
+
+def _sharp(found: TimeFit) -> TimeFit:
+    return carrying(sharp(found))
 
 
 def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
@@ -224,7 +228,8 @@ def _does_more(both: Verdict, alone: Verdict) -> bool:
     """
     if both.final.chi2 >= NOISY * both.final.samples:
         pair = _pair(both, alone)
-        return strays(alone.final, AHEAD) and min(pair.share, pair.held_share) > ENOUGH
+        nearly_all = pair.share > ENOUGH and pair.held_share > ENOUGH
+        return strays(alone.final, AHEAD) and nearly_all
     return _takes_most(both, alone) or _mends_ahead(both, alone)
 
 

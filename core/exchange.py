@@ -10,6 +10,7 @@ from functools import partial
 
 import numpy as np
 
+from .carried import carrying
 from .effects import TIME_EFFECTS
 from .effects.base import PLACES, Effect
 from .effects.further_mode import ran_off
@@ -22,7 +23,6 @@ from .sufficiency import ENOUGH
 from .time_layer import Candidate, able, begins_of, judge, refuted, stands_in
 from .timefit import at_first, best_fit, misfits, walked
 
-BENDING = ("asymmetric_stiffness", "contact", "large_amplitude")
 ROUNDS = 2  # of the best of two effects, each from what the one before has found
 RUNNERS = 2  # starting places of a twin that are fitted
 LOOKS, FIRST = 20, 8  # of a twin, and its first ones, or those on each share of the record
@@ -59,7 +59,7 @@ def exchanged_alone(found: list[Candidate], declared: TimeFit) -> list[Candidate
 
 def exchanged(found: list[Candidate], declared: TimeFit, rounds: int = ROUNDS) -> list[Candidate]:
     """The candidates of two effects, best first, with those that the best one's twins make; and,
-    where one of these is better, its own.
+    where another one is the best then, its own.
     """
     if not found or found[0].share < ENOUGH or not rounds:
         return found
@@ -88,8 +88,8 @@ def _twins_of(found: TimeFit, at: int) -> set[str]:
     feels, all that does, for about a place aside what is the same both ways no longer is.
     """
     effects = found.law.effects
-    bends = effects[at].name in BENDING and any(e.carries for e in effects)
-    return {*effects[at].twins, *(BENDING if bends else ())}
+    aside = effects[at].bends and any(e.carries for e in effects)
+    return {*effects[at].twins, *(e.name for e in TIME_EFFECTS if aside and e.bends)}
 
 
 def _instead(found: TimeFit, at: int, effect: Effect) -> TimeFit | None:
@@ -111,7 +111,7 @@ def _put(found: TimeFit, effect: Effect) -> TimeFit:
         first = unlike(effect, begins, -at_first(law, starts, SHARES[0]))[:SEEN]
         led = walked(law, starts[first], SHARES, FIRST, RUNNERS)
         near = np.vstack([near, *(p for p, _, _ in led)])
-    return best_fit(law, near, evaluations=LOOKS)
+    return carrying(best_fit(law, near, evaluations=LOOKS))
 
 
 def _put_in_hope(found: TimeFit, effect: Effect, most: float) -> TimeFit | None:
@@ -122,7 +122,8 @@ def _put_in_hope(found: TimeFit, effect: Effect, most: float) -> TimeFit | None:
     walks = walked(law, near, (1.0,), FIRST)
     if walks[0][2] > most:
         return None
-    return best_fit(law, np.array([p for p, _, _ in walks]), evaluations=LOOKS - FIRST)
+    places = np.array([p for p, _, _ in walks])
+    return carrying(best_fit(law, places, evaluations=LOOKS - FIRST))
 
 
 def _begun(found: TimeFit, effect: Effect) -> tuple[Law, np.ndarray, np.ndarray]:

@@ -120,11 +120,18 @@ class TimeFit:
 
     @property
     def damping_ratio(self) -> np.ndarray:
-        """(K,)"""
+        """(K,) in the first condition"""
+        return self._damping(0)
+
+    def damping_ratios(self, take: int) -> np.ndarray:
+        """(K,) of the modes in the fitted take of that number."""
+        return self._damping(self.law.pitch[self.law.fitted[take]])
+
+    def _damping(self, pitch: int) -> np.ndarray:
         K = self.law.modes
         if self.law.damping == "none":
             return np.zeros(K)
-        z = self.parameters[K : 2 * K]
+        z = self.parameters[2 * K * pitch + K : 2 * K * (pitch + 1)]
         return np.full(K, z[0]) if self.law.damping == "common" else z
 
     @cached_property

@@ -25,7 +25,7 @@ NEARER = 0.5  # of their distance, at most, that two modes' pitches may come nea
 
 def march(law: Law, unpacked, data: Channels, take: int = 0):
     """u, u' (B, T, K), None for u' where it does not show, the columns (B, T, q), the delays
-    (B, C, T) or None. take: of the fitted ones, whose lines the forces feel.
+    (B, C, T) or None. take: of the fitted ones, what goes on in which the forces feel.
     """
     omega, zeta, start, thetas = unpacked
     time = np.broadcast_to(instants(law, thetas, data), (len(omega), len(data.time)))

@@ -76,7 +76,7 @@ def _laid_bare(found: list[Candidate], able: list[bool], declared: TimeFit, wide
 
     may = [c for c, is_able in zip(found, able, strict=True) if is_able]
     loud = any(c.found.chi2 >= NOISY * c.found.samples for c in may)
-    # of those that vie all are asked for more, or none: else the worse one leaves less
+    # with a loud one all that leave a little are asked for more: else the worse one leaves less
     some = [c for c in may if loud and c.found.chi2 >= QUIET * c.found.samples]
     others = [c for c in found if c not in some]
     out = in_step_by_parts([partial(laid_bare, c) for c in some])

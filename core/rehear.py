@@ -6,6 +6,7 @@ from itertools import product
 
 import numpy as np
 
+from .carried import carrying
 from .effects.base import Effect
 from .hearings import nearby, without_mimics
 from .joint import SHOWN, Heard
@@ -115,7 +116,7 @@ def _with_effects(near: Heard, found: TimeFit, heard: Heard) -> TimeFit:
     left = misfits(law, starts, near.declared.samples)
     # without a force, starts of the new mode that differ in size and sign alone are one
     likely = np.unique(np.log(left).round(6), return_index=True)[1][:RUNNERS]
-    return best_fit(law, starts[likely], evaluations=20)
+    return carrying(best_fit(law, starts[likely], evaluations=20))
 
 
 def _with_mode(near: Heard, found: TimeFit, stirred: float) -> np.ndarray:

@@ -10,7 +10,7 @@ from .in_step import asked
 from .march import stepped
 
 COARSE = 16  # steps per period of the first mode, while it is only sought which force is there
-UNFELT = ("steps", "pitches", "pose", "carried")  # what a setting says to others than forces
+UNFELT = ("steps", "pitches", "pose", "carried")  # what forces are not told, or a take at a time
 ROOM = 30e6  # numbers of a march's path: 240 MB
 NEAR = 8192  # numbers of each array that are worked on at a time: they stay near at hand
 HIGHEST = 3  # steps per period of the highest mode: at two, the kicks would be in step with it

@@ -12,6 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
+from .carried import carrying
 from .effects import TIME_EFFECTS
 from .effects.further_mode import ran_off
 from .law import TimeFit
@@ -176,7 +177,7 @@ def _of_the_library(start: TimeFit) -> list[Candidate]:
 
     def ended(effects, walks):
         law = raced(start, *effects)
-        found = best_fit(law, np.array([p for p, _, _ in walks]), HORIZONS[2:])
+        found = carrying(best_fit(law, np.array([p for p, _, _ in walks]), HORIZONS[2:]))
         strayed = ran_off(found) and not ran_off(start)
         return None if strayed or refuted(turned(found)) or refuted(found) else found
 

@@ -28,6 +28,7 @@ def report(theta, setting, shape):
 EFFECT = Effect(
     name="asymmetric_stiffness",
     layer="time",
+    bends=True,
     parameters=(Parameter("ratio", "1", 1.0, 40.0),),
     twins=("contact", "relaxation", "perspective"),
     settle="release it once from the other side: the shift of the mean changes its sign",

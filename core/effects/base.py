@@ -11,6 +11,7 @@ FAINT = 3.0  # standard deviations that an effect's strength is away from nought
 PLACES = 16  # on the body, beside the reference, where a search for a force may begin
 FINE = 32  # steps per period of the first mode; only added forces see them, smooth ones squared
 KNOWN = 1e-7  # of a motion that a basis has not, below which it is rounding
+INSTANT = 16  # part of a step, over which a carried motion has one speed
 UNCLEAR = 0.05  # of the clearest combination of modes: what is seen less is not told apart
 SAME_SHAPE = 0.7  # share of a second motion along a mode's shape that makes it a mere companion
 
@@ -36,8 +37,11 @@ class Carried:
     def at(self, step: float, count: int) -> tuple[np.ndarray, np.ndarray]:
         """u and u' (N, K) at N = `count` + 1 steps of `step` s."""
         if (step, count) not in self.known:
-            u = sum(path(step * np.arange(count + 1)) for path in self.paths)
-            self.known[step, count] = u, np.gradient(u, step, axis=0)
+            time, near = step * np.arange(count + 1), step / INSTANT
+            u, later, before = (
+                sum(path(t) for path in self.paths) for t in (time, time + near, time - near)
+            )
+            self.known[step, count] = u, (later - before) / (2 * near)
         return self.known[step, count]
 
 
@@ -147,6 +151,7 @@ class Effect:
     scales: bool = False  # theta's first number is the strength, either way of which it may act
     damps: bool = False  # what it takes away, a fit without it puts down to the damping ratios
     sudden: bool = False  # so stiff at some instants that it is always marched in FINE steps
+    bends: bool = False  # the pitch, by how far it swings, and about another place otherwise
     grows: bool = False  # with time, so that half of a record hardly shows it
     columns: Callable | None = None
     beside: Callable | None = None

@@ -214,8 +214,8 @@ def carries(found, i, take):
     data = law.takes[law.fitted[take]]
     size = along_modes(found, found.column_shapes(take)[i], take)
     answers = effect.beside_in(data.take)
-    omega, zeta = 2 * np.pi * found.pitches(take), found.damping_ratio
-    return lambda time: answers(found.theta[i], omega[None], zeta[None], time[None])[0] @ size.T
+    omega, zeta, theta = 2 * np.pi * found.pitches(take), found.damping_ratios(take), found.theta[i]
+    return lambda time: answers(theta, omega[None], zeta[None], time[None])[0] @ size.T
 
 
 def shaken(shared: tuple[np.ndarray, ...], rms: float, free: int, paths=None) -> Effect:

@@ -38,6 +38,7 @@ def _variant(side):
     return Effect(
         name="contact",
         layer="time",
+        bends=True,
         parameters=(Parameter("gap", "m", 0.0, 10.0),),
         twins=("asymmetric_stiffness", "large_amplitude", "relaxation"),
         settle="film a take so small that nothing can touch, or hold a paper in the gap",

@@ -59,6 +59,7 @@ def report(theta, setting, shape):
 EFFECT = Effect(
     name="large_amplitude",
     layer="time",
+    bends=True,
     parameters=(Parameter("shift_per_metre2", "1/m2", -1e6, 1e6),),
     twins=("stiffness_drift", "contact"),
     settle="film a second take released from half, and one from twice, the amplitude",

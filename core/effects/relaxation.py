@@ -26,8 +26,8 @@ def columns(theta, setting, time, u):
 
 def carries(found, i, take):
     """How far the body still is from rest."""
-    size = along_modes(found, found.column_shapes(take)[i], take)
-    return lambda time: columns(found.theta[i], None, time[None], None)[0] @ size.T
+    size, theta = along_modes(found, found.column_shapes(take)[i], take), found.theta[i]
+    return lambda time: columns(theta, None, time[None], None)[0] @ size.T
 
 
 def starts(setting, residual):

@@ -64,8 +64,8 @@ def carries(found, i, take):
     seen = found.column_shapes(take)[i]
     if law.setting.support is not None:
         response = seen @ np.array([1, -1j])
-        path = np.linalg.lstsq(law.setting.support(rate), response, rcond=UNSEEN)[0]
-        own = response - law.takes[law.fitted[take]].directions @ path
+        sway = np.linalg.lstsq(law.setting.support(rate), response, rcond=UNSEEN)[0]
+        own = response - law.takes[law.fitted[take]].directions @ sway
         seen = np.stack([own.real, -own.imag], axis=1)
     size = along_modes(found, seen, take)
 

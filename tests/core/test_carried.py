@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from core.carried import carrying
-from core.effects import dry_friction, large_amplitude, steady_drive
+from core.effects import dry_friction, large_amplitude, relaxation, steady_drive
 from core.effects.base import Carried
 from core.refit import without
 from core.timefit import extend, fit, misfits, sharp
 from tests.core.test_simulate import AMPLITUDE
-from tests.core.test_timefit import Backbone, Rub, W, channels, declared, moved
+from tests.core.test_timefit import SHAPE, TIME, Backbone, Rub, W, channels, declared, moved
 
 RATE = 8.3  # Hz of the line; the mode swings at 5
 
@@ -53,6 +53,35 @@ def test_a_force_feels_what_goes_on_beside_the_ring_down(force, strength, effect
     assert found.frequency[0] == pytest.approx(5.0, rel=3e-3)
 
 
+def test_where_the_force_was_there_first_it_comes_to_feel_the_line_as_well():
+    """Its pitch has taken up what the line does, so that all of the record is out of phase."""
+    found = declared(channels(moved(Driven(1.0, Backbone(0.05, 0.0)))))
+    law, p = extend(found, (large_amplitude.EFFECT,), [(0.02, 0.0)])
+    stiff = fit(law, p, evaluations=20)
+    deaf = fit(*extend(stiff, (steady_drive.EFFECT,), [(np.log(RATE),)]), evaluations=40)
+    assert deaf.chi2 > 3 * deaf.samples
+    found = carrying(carrying(carrying(deaf)))
+    assert found.chi2 < 1.1 * found.samples
+    assert found.frequency[0] == pytest.approx(5.0, rel=5e-3)
+
+
+def test_a_creep_carries_the_body_to_where_it_still_is():
+    creep = 0.3 * AMPLITUDE * np.exp(-TIME / 0.8)
+    found = declared(channels(moved() + np.outer(creep, SHAPE)))
+    law, p = extend(found, (relaxation.EFFECT,), [(np.log(0.8),)])
+    u, v = carrying(fit(law, p, evaluations=20)).law.setting.carried[0].at(0.01, 100)
+    at = 0.01 * np.arange(101)
+    assert u[:, 0] == pytest.approx(0.3 * AMPLITUDE * np.exp(-at / 0.8), abs=0.01 * AMPLITUDE)
+    assert v[:, 0] == pytest.approx(-u[:, 0] / 0.8, rel=0.05)
+
+
+def test_a_carried_motion_has_its_speed_however_few_the_steps():
+    rate = 2 * np.pi * 6 * 5.0  # six times the pitch that the steps are made for
+    step = 1 / (16 * 5.0)
+    u, v = Carried([lambda time: np.sin(rate * time)[:, None]]).at(step, 20)
+    assert v[:, 0] == pytest.approx(rate * np.cos(rate * step * np.arange(21)), abs=0.02 * rate)
+
+
 def test_what_is_carried_goes_with_the_effect_that_makes_it():
     found = declared(channels(moved(Driven(1.0, Rub(0.05, 0.02)))))
     assert carrying(found) is found
@@ -81,5 +110,5 @@ def test_what_is_carried_is_worked_out_once_for_the_same_steps():
     one = Carried([path])
     u, v = one.at(0.01, 100)
     assert one.at(0.01, 100)[0] is u
-    assert asked == [101]
+    assert asked == [101] * 3
     assert v[50, 0] == pytest.approx(np.cos(0.5), rel=1e-4)

@@ -72,6 +72,7 @@ def test_one_more_mode_is_sought_from_where_the_found_fit_stands(monkeypatch):
     )
     heard = SimpleNamespace(declared=SimpleNamespace(law=SimpleNamespace(effects=())))
     n = start.samples
+    monkeypatch.setattr(rehear, "carrying", lambda found: found)
     monkeypatch.setattr(rehear, "best_fit", lambda law, starts, **_: misfits(law, starts, n))
     sought = rehear._with_effects(near, found, heard)
     left = (found.residuals[: found.samples] ** 2).sum()
