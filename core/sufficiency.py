@@ -139,15 +139,15 @@ def counts_second(first: Candidate, second: Candidate, over: float) -> bool:
     """Whether a second effect is material, and takes most of what the first leaves, in this body.
 
     It may be small beside the first where it leaves nothing but noise, held out too. Where the
-    first is off ahead, what mends that counts, however little it is: if the first tells what was
-    fitted, or the second all that it leaves there.
+    first is off ahead, what mends that, or nearly all of it where it is far off, counts, however
+    little it is: if the first tells what was fitted, or the second all that it leaves there.
     """
     if bends_the_body(second.found):
         return False
     size = gained(first.found, second.found)
     nothing = second.found.chi2 < NOISY * second.found.samples and not fails(second.found)
     all_of_it = nothing and second.share >= ENOUGH_BOTH
-    ahead = strays(first.found, AHEAD) and not fails(second.found)
+    ahead = strays(first.found, AHEAD) and (not fails(second.found) or strays(first.found))
     quiet = first.found.chi2 < NOISY * first.found.samples
     if ahead and (quiet or all_of_it) and second.held_share >= ENOUGH_BOTH:
         return True

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core import foils, time_layer
+from core import foils, sufficiency, time_layer
 from core.alone import add_second
 from core.baseline import _places, behind, build_law
 from core.channels import Channels
@@ -995,6 +995,34 @@ def test_frames_lost_after_the_fitted_part_are_a_part_of_what_was_off(clock, lef
     assert adds(first, judge(("contact", effect.name), mended, first.found)) is is_part
     quiet = judge(("contact",), leaves(1.0, found.law), found)  # nothing is off there
     assert not adds(quiet, judge(("contact", effect.name), mended, quiet.found))
+
+
+@pytest.mark.parametrize(
+    ("off", "left", "held", "counts"),
+    [
+        (1.7, 1.0, 0.95, True),
+        (1.7, 1.4, 0.95, False),  # what mends a little must mend it all
+        (2.8, 1.4, 0.95, True),
+        (2.8, 1.4, 0.80, False),
+    ],
+)
+def test_what_mends_nearly_all_that_is_far_off_ahead_counts(monkeypatch, off, left, held, counts):
+    """Beside a first effect that leaves only noise where it was fitted."""
+    ahead = {"first": off, "second": left}
+    for name, value in {
+        "bends_the_body": lambda found: False,
+        "gained": lambda before, after: 0.001,
+        "adds": lambda first, second: False,
+        "strays": lambda found, much=2.0: ahead[found.name] > much,
+        "fails": lambda found: ahead[found.name] > 1.1,
+    }.items():
+        monkeypatch.setattr(sufficiency, name, value)
+    first, second = (
+        SimpleNamespace(found=SimpleNamespace(name=name, chi2=1.0, samples=1.0), share=0.5)
+        for name in ahead
+    )
+    second.held_share = held
+    assert counts_second(first, second, 0.1) is counts
 
 
 @pytest.mark.parametrize(("ahead", "told"), [(3.0, True), (1.4, True), (0.9, False)])
