@@ -13,7 +13,7 @@ from .law import TimeFit
 from .timefit import fit
 
 LOOKS = 10  # of a fit with forces, from where it stood when they felt less
-HORIZONS = (0.15, 0.3, 0.6, 1.0)  # shares of the fitted part: the phase must not slip
+HORIZONS = (0.15, 0.3, 0.6, 1.0)  # shares of the fitted part, where on all of it a phase slips
 
 
 def carrying(found: TimeFit) -> TimeFit:
@@ -31,4 +31,7 @@ def carrying(found: TimeFit) -> TimeFit:
     law = replace(law, setting=replace(law.setting, carried=carried))
     if not any(e.marched for e in law.effects):
         return replace(found, law=law)
-    return min(found, fit(law, found.parameters, HORIZONS, LOOKS), key=lambda one: one.chi2)
+    felt = fit(law, found.parameters, evaluations=LOOKS)
+    if felt.chi2 > found.chi2:
+        felt = fit(law, found.parameters, HORIZONS, LOOKS)
+    return min(found, felt, key=lambda one: one.chi2)
