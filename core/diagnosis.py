@@ -214,8 +214,8 @@ def _is_read_off(verdict: Verdict) -> bool:
 
 
 def _loud(alone: Verdict) -> bool:
-    """Whether one effect leaves more than noise where all are sought two by two, or far more ahead:
-    it may bend itself to do nearly what two others do.
+    """Whether one effect leaves more than noise where all are sought two by two, or clearly more
+    ahead: it may bend itself to do nearly what two others do.
     """
     final = alone.final
     noisy = final.chi2 > NOISY * final.samples and two_by_two(alone.chain[0][1])
@@ -224,7 +224,7 @@ def _loud(alone: Verdict) -> bool:
 
 def _does_more(both: Verdict, alone: Verdict) -> bool:
     """Whether what was found together leaves noise, and takes most of what one effect leaves; or
-    nearly all, here and ahead, of what one leaves that is far off there.
+    nearly all, here and ahead, of what one leaves that is off there.
     """
     if both.final.chi2 >= NOISY * both.final.samples:
         pair = _pair(both, alone)
@@ -234,7 +234,7 @@ def _does_more(both: Verdict, alone: Verdict) -> bool:
 
 
 def _mends_ahead(both: Verdict, alone: Verdict) -> bool:
-    """Whether what was found together takes most of what one effect leaves that is far off ahead,
+    """Whether what was found together takes most of what one effect leaves that is off ahead,
     however little of it shows where it was fitted.
     """
     pair, final = _pair(both, alone), alone.final
