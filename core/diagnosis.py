@@ -27,6 +27,7 @@ from .sufficiency import (
     CLEARLY,
     CLEARLY_BOTH,
     ENOUGH,
+    adds,
     bends_the_body,
     fails,
     gained,
@@ -205,7 +206,7 @@ def _one(chain, singles: tuple, over: float) -> tuple[Verdict | None, dict, bool
         return partly(chain, strong[0], strong, ranked), {}, True
     single, known = add_second(chain, strong, ranked, over)
     alone = unless_it_weakens(single, able)
-    return alone, known, not _lacks(alone) and not _loud(alone)
+    return alone, known, not _lacks(alone) and not _loud(alone, known)
 
 
 def _is_read_off(verdict: Verdict) -> bool:
@@ -213,13 +214,18 @@ def _is_read_off(verdict: Verdict) -> bool:
     return is_read_off([e for e in effects if e.name in verdict.names])
 
 
-def _loud(alone: Verdict) -> bool:
-    """Whether one effect leaves more than noise where all are sought two by two, or clearly more
-    ahead: it may bend itself to do nearly what two others do.
+def _loud(alone: Verdict, known: dict) -> bool:
+    """Whether one effect leaves more than noise where all are sought two by two, or another one
+    takes most of that beside it; or clearly more ahead: it may bend itself to do nearly what two
+    others do. known: what was sought beside single effects, by their fits.
     """
     final = alone.final
-    noisy = final.chi2 > NOISY * final.samples and two_by_two(alone.chain[0][1])
-    return len(alone.effects) == 1 and (noisy or strays(final, AHEAD))
+    if len(alone.effects) > 1:
+        return False
+    first, beside = alone.effects[0], known.get(final, ())
+    noisy = final.chi2 > NOISY * final.samples
+    more = two_by_two(alone.chain[0][1]) or any(adds(first, c) for c in beside if not c.outdone)
+    return (noisy and more) or strays(final, AHEAD)
 
 
 def _does_more(both: Verdict, alone: Verdict) -> bool:

@@ -24,6 +24,7 @@ from .body import Body
 from .channels import Channels
 from .data import poles
 from .effects.further_mode import (
+    as_it_is,
     further_mode,
     heard_anew,
     is_a_mode,
@@ -115,6 +116,25 @@ def with_left_out(found: TimeFit, heard: list[tuple[int, float, float]]) -> Time
         return found
     effects = [further_mode(f, z, found.law.loaded_alike(take)) for take, f, z in heard]
     return _worth_it(found, effects, len(found.law.effects))
+
+
+def with_modes_of(found: TimeFit, other: TimeFit, after: int) -> TimeFit:
+    """The fit with the further modes of another one that it lacks, as they are there, before its
+    last `after` effects, if they bring what modes must.
+    """
+    own = [pitch_of(e, t) for e, t in _further(found)] + list(found.frequency)
+    new = [
+        as_it_is(e, t)
+        for e, t in _further(other)
+        if all(abs(np.log(pitch_of(e, t) / f)) > APART for f in own)
+    ]
+    return _worth_it(found, new, len(found.law.effects) - after) if new else found
+
+
+def _further(found: TimeFit) -> list:
+    """(effect, theta) of a fit's further modes."""
+    pairs = zip(found.law.effects, found.theta, strict=True)
+    return [(effect, theta[0]) for effect, theta in pairs if is_further(effect)]
 
 
 def _worth_it(found: TimeFit, effects: list, at: int) -> TimeFit:

@@ -31,7 +31,7 @@ DEEPEST = 0.3  # of it, below which no mass of the body's own brings one: a mean
 STRONG = 0.2  # of the strongest pole, from which one is surely there
 LEAST = 0.35  # likeness, less the difference in pitch, from which a mode is known
 HARMONIC = 0.04  # relative distance below which a pole is an overtone of a nonlinear mode
-COMBINED = 0.005  # the same, of one at the sum or the difference of two others
+COMBINED = 0.005  # the same, of one that may move otherwise, and of two ones' sum or difference
 FITS = 0.05  # relative, of a computed pitch, within which such a one is a mode all the same
 
 
@@ -232,13 +232,12 @@ def _partner(one, taken, modes, computed):
 
 
 def _is_combined(f: float, pitches: list[float]) -> bool:
-    """Whether f is the sum or the difference of two pitches, as what is not linear sounds."""
-    return any(
-        abs(f / tone - 1) < COMBINED
-        for a, b in combinations(pitches, 2)
-        for tone in (a + b, abs(a - b))
-        if tone > 0
-    )
+    """Whether f is the sum or the difference of two pitches, or twice or three times one, as what
+    is not linear sounds.
+    """
+    pairs = [tone for a, b in combinations(pitches, 2) for tone in (a + b, abs(a - b))]
+    tones = pairs + [n * pitch for pitch in pitches for n in (2, 3)]
+    return any(abs(f / tone - 1) < COMBINED for tone in tones if tone > 0)
 
 
 def dies_alike(f: float, z: float, pitch: float, first) -> bool:

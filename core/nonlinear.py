@@ -61,6 +61,8 @@ def equilibrium(
     places = np.repeat(model.points, 3, axis=0)[free]
     u = np.zeros(model.points.size) if start is None else np.array(start, float).ravel()
     goal = TOLERANCE * np.linalg.norm(force[free]) + _rounding(parts, moduli)
+    # J: each point's F:F - 3 has lost its last digits, however little energy is in it
+    unsure = 1e-15 * moduli[0] * parts[0].volume.sum()
 
     def total(v: np.ndarray) -> float:
         return elastic_energy(parts, moduli, v) - force @ v
@@ -73,7 +75,7 @@ def equilibrium(
             return Equilibrium(u.reshape(-1, 3), K, energy, step)
         move = np.zeros_like(u)
         move[free] = _downhill(K[free][:, free], rest, places)
-        u = u + _line_search(total, u, move, rest @ move[free]) * move
+        u = u + _line_search(total, u, move, rest @ move[free], unsure) * move
     raise DataError(
         f"equilibrium: no rest found in {STEPS} steps; the load is too large for the stiffness. "
         "Give a larger Young's modulus or a smaller gravity."
@@ -101,10 +103,14 @@ def _rounding(parts: tuple, moduli: tuple) -> float:
     )
 
 
-def _line_search(total: Callable, u: np.ndarray, move: np.ndarray, slope: float) -> float:
-    """Step length that lowers the energy by its share (Armijo), halved from 1."""
+def _line_search(
+    total: Callable, u: np.ndarray, move: np.ndarray, slope: float, unsure: float
+) -> float:
+    """Step length that lowers the energy by its share (Armijo), halved from 1; by what the energy
+    is `unsure` (J) it may rise.
+    """
     here, length = total(u), 1.0
-    rounding = 1e-13 * (abs(here) + abs(slope))
+    rounding = 1e-13 * (abs(here) + abs(slope)) + unsure
     while not total(u + length * move) <= here - ARMIJO * length * slope + rounding:
         length /= 2
         if length < 1e-10:

@@ -10,6 +10,7 @@ from .effects.base import Effect
 from .in_step import in_step
 from .law import Law, TimeFit
 from .refit import MOVED, swapped
+from .residual import QUIET
 from .timefit import extend, fit, standing
 
 SEEN = 12  # frames in which every channel is there, more than which jumps need
@@ -258,9 +259,16 @@ def _sight(found: TimeFit, take: int) -> lost_frames.Sight:
 
 
 def _common_is_possible(start: TimeFit, data) -> bool:
-    """A marker on the support shows it; else the markers must not sit together."""
+    """Whether a motion that all markers share is told from the body's: a marker on the support
+    shows it; else what is missing in a mode would leave more than noise of it.
+    """
     if data.support.any():
         return True
-    markers = np.unique(data.marker)
-    size = [np.linalg.norm(start.shapes[0][data.marker == m]) for m in markers]
-    return len(markers) >= 3 and min(size) < 0.35 * max(size)
+    markers, axes = np.unique(data.marker, return_index=True)
+    if len(markers) < 3:
+        return False
+    axis = np.arange(len(data.marker)) - axes[np.searchsorted(markers, data.marker)]
+    common, _ = np.linalg.qr((axis[:, None] == np.unique(axis)) / data.sigma[:, None])
+    shapes = start.shapes / data.sigma
+    share = np.sum((shapes @ common) ** 2, axis=1) / np.sum(shapes**2, axis=1)
+    return (start.chi2 / start.samples - 1) * (1 - share.max()) > QUIET - 1

@@ -8,6 +8,7 @@ import numpy as np
 from .branches import with_branch
 from .carried import carrying
 from .effects.further_mode import ran_off
+from .further import with_modes_of
 from .law import TimeFit
 from .refit import turned
 from .residual import NOISY, QUIET
@@ -80,4 +81,12 @@ def _laid_bare(found: list[Candidate], able: list[bool], declared: TimeFit, wide
     some = [c for c in may if loud and c.found.chi2 >= QUIET * c.found.samples]
     others = [c for c in found if c not in some]
     out = in_step_by_parts([partial(laid_bare, c) for c in some])
+    best = max(out, key=lambda c: c.evidence, default=None)
+
+    def with_its_modes(c):
+        wider = with_modes_of(c.found, best.found, len(c.names))
+        return max(c, judge(c.names, wider, declared), key=lambda one: one.evidence)
+
+    # they are the same body's: which effects tell more shows with all that any of them laid bare
+    out = in_step_by_parts([partial(with_its_modes, c) for c in out])
     return sorted([*out, *others], key=lambda c: -c.evidence)

@@ -259,8 +259,9 @@ def amplitudes(ground: Recorded, index: int, ring: RingDown) -> RingDown:
 def beside(ground: Recorded, free: TimeFit, match: Match):
     """What is settled with one of the strongest mode's neighbours, for each of them."""
     condition = ground.condition[ground.fitted[0]]
-    for ring, both, ratio in neighbours(free, match, ground.bodies[condition].modes.frequency):
-        yield settle_poles(ground, ring, both, ((len(match.modes), ratio),))
+    heard, frequency = ground.rings[ground.fitted[0]], ground.bodies[condition].modes.frequency
+    for ring, both, tied in neighbours(free, heard, match, frequency):
+        yield settle_poles(ground, ring, both, tied)
 
 
 def moves_its_way(found: TimeFit, body: Body, mode: int) -> bool:

@@ -72,20 +72,29 @@ def weak_modes(
     return bare(new_f, new_z, data.sigma), wider, np.setdiff1d(rest.frequency[able], new_f)
 
 
-def neighbours(found: TimeFit, match: Match, frequency: np.ndarray):
-    """The poles with that of a computed mode (m,) Hz beside the strongest one, and the logarithm
-    of the two computed pitches' ratio, one after another.
+def neighbours(found: TimeFit, heard: RingDown, match: Match, frequency: np.ndarray):
+    """The poles with that of a computed mode (m,) Hz beside the strongest one, the match of both,
+    and what ties them, as `Law.tied`, one after another.
 
-    Two modes that lie close together sound as one while something bends their pitches.
+    Two modes that lie close together sound as one while something bends their pitches; where more
+    was `heard` there than was matched, each may be one of the two.
     """
     ratio = frequency / frequency[match.modes[0]]
     apart = np.abs(np.log(frequency[:, None] / frequency[list(match.modes)])).min(axis=1)
     sigma = found.law.takes[found.law.fitted[0]].sigma
+    f, z = found.frequency, found.damping_ratio
+    near = np.abs(np.log(heard.frequency / f[0])) < np.log(NEIGHBOUR)
+    near[list(match.poles)] = False
+    first = match.poles[0]
+    own = heard.frequency[first], heard.damping_ratio[first]
     for j in np.flatnonzero((np.abs(np.log(ratio)) < np.log(NEIGHBOUR)) & (apart > PARTED)):
-        f, z = found.frequency, found.damping_ratio
+        both = Match((*match.poles, first), (*match.modes, int(j)))
         ring = bare(np.r_[f, f[0] * ratio[j]], np.r_[z, z[0]], sigma)
-        both = Match((*match.poles, match.poles[0]), (*match.modes, int(j)))
-        yield ring, both, float(np.log(ratio[j]))
+        yield ring, both, ((len(f), float(np.log(ratio[j]))),)
+        for k in np.flatnonzero(near & (heard.damping_ratio < own[1])):
+            beside = heard.frequency[k], heard.damping_ratio[k]
+            other = np.r_[beside[0], f[1:], own[0]], np.r_[beside[1], z[1:], own[1]]
+            yield bare(*other, sigma), both, ()
 
 
 def bare(frequency, damping_ratio, sigma: np.ndarray) -> RingDown:

@@ -72,6 +72,11 @@ def heard_anew(effect: Effect, theta: np.ndarray) -> Effect:
     return replace(anew, channels=effect.channels, high=(STRAY, effect.high[1]))
 
 
+def as_it_is(effect: Effect, theta: np.ndarray) -> Effect:
+    """The mode, heard as a fit found it."""
+    return replace(further_mode(pitch_of(effect, theta), theta[1]), channels=effect.channels)
+
+
 def of_take(found, take: int) -> list[tuple[int, Effect, np.ndarray]]:
     """Number among the effects, effect and theta of the further modes in a take of a fit (TimeFit),
     by its number among the fitted ones.

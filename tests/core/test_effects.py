@@ -28,7 +28,7 @@ from core.effects import (
 from core.linear_part import TIE, _ties
 from core.match import Match, match_modes
 from core.simulate import swing
-from core.unheard import neighbours
+from core.unheard import bare, neighbours
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
 
 FILES = sorted({m.name for m in pkgutil.iter_modules(effects.__path__)} - {"base", "partner"})
@@ -364,8 +364,24 @@ def test_modes_that_lie_near_each_other_without_symmetry_are_tried_as_two():
         law=SimpleNamespace(takes=[SimpleNamespace(sigma=np.ones(3))], fitted=[0]),
     )
     computed = np.array([1.0, 1.001, 1.01, 1.4, 3.0])
-    tried = [both.modes for _, both, _ in neighbours(found, Match((0,), (0,)), computed)]
+    heard = bare(np.array([5.0]), np.array([0.02]), np.ones(3))
+    tried = [both.modes for _, both, _ in neighbours(found, heard, Match((0,), (0,)), computed)]
     assert tried == [(0, 2), (0, 3)]
+
+
+def test_of_two_poles_heard_where_one_mode_was_matched_the_slower_one_may_be_that_mode():
+    found = SimpleNamespace(
+        frequency=np.array([5.0, 12.0]),
+        damping_ratio=np.array([0.3, 0.02]),
+        law=SimpleNamespace(takes=[SimpleNamespace(sigma=np.ones(3))], fitted=[0]),
+    )
+    heard = bare(np.array([4.9, 12.0, 5.1, 14.0]), np.array([0.25, 0.02, 0.04, 0.01]), np.ones(3))
+    tried = list(neighbours(found, heard, Match((0, 1), (0, 2)), np.array([1.0, 1.1, 2.5])))
+    assert [both.modes for _, both, _ in tried] == [(0, 2, 1)] * 2
+    (tied, _, ties), (free, _, none) = tried
+    assert tied.frequency == pytest.approx([5.0, 12.0, 5.5]) and ties[0][0] == 2 and none == ()
+    assert free.frequency == pytest.approx([5.1, 12.0, 4.9])
+    assert free.damping_ratio == pytest.approx([0.04, 0.02, 0.25])
 
 
 @pytest.mark.parametrize(
@@ -491,6 +507,22 @@ def test_a_sum_of_two_pitches_is_a_mode_only_where_one_was_computed(computed, he
     ring = RingDown(pitch, z, shapes.astype(complex), np.zeros(3), np.ones(3), np.eye(6))
     chase = ([0, 1, 2], shapes, np.array([0.9, 0.4, 0.2]))
     assert match_modes(ring, chase, np.array([1.0, 1.3, computed]), shapes).modes == modes
+
+
+@pytest.mark.parametrize(
+    ("computed", "heard", "modes"),
+    [(2.3, 2.004, (0,)), (2.3, 2.1, (0, 1)), (2.04, 2.004, (0, 1)), (2.7, 2.995, (0,))],
+    ids=["an overtone, far off", "none, far off", "an overtone, as computed", "the next one"],
+)
+def test_an_overtone_that_moves_as_a_mode_is_one_only_where_one_was_computed(
+    computed, heard, modes
+):
+    """A stop at one place stirs other modes at twice the pitch. Modes at 1 Hz and `computed`."""
+    shapes = np.array([[1.0, 0.5, 0.2], [0.3, -1.0, 0.8]])
+    pitch, z = np.array([1.0, heard]), np.full(2, 0.02)
+    ring = RingDown(pitch, z, shapes.astype(complex), np.zeros(3), np.ones(3), np.eye(4))
+    chase = ([0, 1], shapes, np.array([0.9, 0.4]))
+    assert match_modes(ring, chase, np.array([1.0, computed]), shapes).modes == modes
 
 
 def test_takes_with_other_loads_are_led_by_a_mode_that_all_show():

@@ -9,8 +9,8 @@ import pytest
 from core.all_told import _mimics, cleared, modes_of, tells_all
 from core.data import poles
 from core.effects import large_amplitude, lost_frames
-from core.effects.further_mode import further_mode, pitch_of
-from core.further import _bases, _clear, _poles, _staying
+from core.effects.further_mode import further_mode, is_further, pitch_of
+from core.further import _bases, _clear, _poles, _staying, with_modes_of
 from core.harmonic_inversion import invert
 from core.law import replace
 from core.linear_part import fitted_instants
@@ -319,3 +319,21 @@ def test_no_combination_is_louder_than_a_share_of_all_that_it_combines(size, fai
     bases = _bases(found, 0, line, np.ones(4, bool))
     assert _clear(14.05, [5.0, 9.0], False, bases) is clear
     assert _clear(14.05, [5.0, 9.0], True, bases)
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_what_one_fit_laid_bare_is_tried_in_another_one(there):
+    """At the bound of its pitch in the one, and just as well there in the other, if it is there."""
+    plain = sounding(2.5) if there else declared(channels(moved()))
+    law, p = extend(sounding(2.5), (further_mode(2.64 * FIRST, 0.03),), [(0.0, 0.03)])
+    other = fit(law, p, evaluations=20)
+    before = raced(plain, large_amplitude.EFFECT)
+    wider = with_modes_of(before, other, 1)
+    if not there:
+        assert wider is before
+        return
+    mode, effect = wider.law.effects
+    assert is_further(mode) and effect.name == "large_amplitude"
+    assert pitch_of(mode, wider.theta[0][0]) == pytest.approx(2.5 * FIRST, rel=2e-3)
+    assert wider.chi2 < 1.1 * wider.samples < before.chi2
+    assert with_modes_of(wider, other, 1) is wider

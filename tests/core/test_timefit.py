@@ -7,13 +7,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core import foils, sufficiency, time_layer
+from core import diagnosis, foils, sufficiency, time_layer
 from core.alone import add_second
 from core.baseline import _places, behind, build_law
 from core.channels import Channels
 from core.compare import Measured, compare, rematched
 from core.data import RingDown
-from core.diagnosis import _does_more, _if_all_told, _pair
+from core.diagnosis import _does_more, _if_all_told, _loud, _pair
 from core.effects import (
     TIME_EFFECTS,
     air_drag,
@@ -1025,6 +1025,32 @@ def test_what_mends_nearly_all_that_is_far_off_ahead_counts(monkeypatch, off, le
     assert counts_second(first, second, 0.1) is counts
 
 
+@pytest.mark.parametrize(
+    ("left", "rest", "loud"),
+    [(1.5, 1.15, True), (1.5, 1.4, False), (1.2, 1.0, False)],
+    ids=["noisy, and mended", "noisy, not mended", "quiet"],
+)
+def test_one_effect_is_doubted_where_another_takes_most_of_what_it_leaves(
+    monkeypatch, left, rest, loud
+):
+    """With more modes than effects are sought two by two beside."""
+    monkeypatch.setattr(diagnosis, "two_by_two", lambda start: False)
+    quiet = declared(channels(moved(seed=1)))
+    data = quiet.law.takes[0]
+
+    def leaves(misfit):
+        shift = np.sqrt(misfit - 1) * NOISE * data.fit[:, None]
+        chi2 = quiet.chi2 + (misfit - 1) * quiet.samples
+        return replace(quiet, chi2=chi2, predicted=(quiet.predicted[0] + shift,))
+
+    far, one, more = map(leaves, (30.0, left, rest))
+    found, second = judge(("contact",), one, far), judge(("contact", "relaxation"), more, one)
+    alone = Verdict("explained", ((None, far), ("contact", one)), (found,), ((),), (), ())
+    assert _loud(alone, {one: [second]}) is loud
+    assert not _loud(alone, {one: [replace(second, outdone=True)]})
+    assert not _loud(alone, {})
+
+
 @pytest.mark.parametrize(("ahead", "told"), [(3.0, True), (1.4, True), (0.9, False)])
 def test_two_effects_tell_more_than_one_that_is_quiet_but_far_off_ahead(ahead, told):
     declared_fit = declared(channels(moved(seed=1)))
@@ -1169,6 +1195,25 @@ def test_a_support_that_shakes_is_known_in_a_held_out_take_and_the_body_answers_
     before = (other.values - start.predicted[1])[:, :3][~other.fit]
     assert np.sqrt(np.mean(before**2)) > 20 * NOISE
     assert np.sqrt(np.mean(left**2)) < 2 * NOISE
+
+
+@pytest.mark.parametrize(
+    ("shape", "size", "told"),
+    [
+        ([1.0, 0.9, 0.8, 0.9], 3.0, False),
+        ([1.0, 0.9, 0.8, 0.9], 30.0, True),
+        ([1.0, -0.5, 0.2, -0.7], 3.0, True),
+    ],
+    ids=["alike", "alike, but much is missing", "each in its own way"],
+)
+def test_a_shared_motion_is_looked_for_where_no_mode_could_leave_as_little(shape, size, told):
+    """Of what is missing, `size` times the noise, a mode that moves all markers alike leaves a
+    part in them that they do not share.
+    """
+    shape = np.array(shape)
+    shake = size * NOISE * np.sqrt(2) * np.sin(2 * np.pi * 3.1 * TIME)
+    start = declared(channels(moved(shape=shape) + shake[:, None]))
+    assert any(effect.name == "base_motion" for effect in read_off(start)) is told
 
 
 @pytest.mark.parametrize(("off", "is_enough"), [(4.0, True), (6.0, False)])
