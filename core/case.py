@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from .camera_fields import make_camera
 from .case_fields import read_table
 from .case_schema import CASE_FIELDS
-from .data import Camera, Case, Load, Marker, Material, Surface, Take, replace
+from .data import Case, Load, Marker, Material, Surface, Take, replace
 from .errors import CaseError
+from .looked_at import as_seen, cameras
 from .pins import HAIR, Box, Region, Sphere, held_vertices, vertices_region
 from .surface import (
     METRES,
@@ -69,15 +69,16 @@ def _make_case(fields: dict, folder: Path, progress) -> Case:
     on_object = {f"[[marker]] {m.name}": m.position for m in markers if m.on == "object"}
     _check_near(surface, on_object)
     _check_unit(surface, body["length_unit"], np.array(list(on_object.values())))
-    camera = make_camera(fields["camera"], "[camera]") if fields["camera"] else None
-    _check_in_front(camera, markers)
-    scene = Scene(folder, markers, camera, diagonal(surface))
+    table = fields["camera"]
+    possible = cameras(table, "[camera]", markers) if table else [None]
+    scene = Scene(folder, markers, possible[0], diagonal(surface))
     own = {"load": fields["load"], "gravity": body["gravity"]}
     tables = {"[recording]": fields["recording"] | own}
     tables |= {f"[[take]] {k + 1}": _overlaid(own, take) for k, take in enumerate(fields["take"])}
     material = Material(body["density"], body["poisson_ratio"])
     _check_loads(tables, surface, material)
     takes = tuple(_take(one, where, surface, scene, progress) for where, one in tables.items())
+    takes = as_seen(takes, possible, table, "[camera]")
     if body["shape"] == "unloaded":
         takes = _warned_of_no_sag(takes)
     return Case(
@@ -216,15 +217,3 @@ def _check_unit(surface: Surface, unit: str, positions: np.ndarray) -> None:
 def _off(surface: Surface, places: np.ndarray) -> float:
     """How far the places (n, 3) m are from the surface, over its diagonal; the median."""
     return float(np.median(closest_point(surface, places)[2])) / diagonal(surface)
-
-
-def _check_in_front(camera: Camera | None, markers: tuple[Marker, ...]) -> None:
-    if camera is None or camera.kind == "orthographic":
-        return
-    for marker in markers:
-        depth = float(camera.rows[2] @ (marker.position - camera.position))
-        if depth <= 0:
-            raise CaseError(
-                f"[camera]: the marker {marker.name} is {-depth:.3g} m behind it; it must be in "
-                "front. Turn look around, or check position."
-            )

@@ -224,7 +224,8 @@ def _loud(alone: Verdict, known: dict) -> bool:
         return False
     first, beside = alone.effects[0], known.get(final, ())
     noisy = final.chi2 > NOISY * final.samples
-    more = two_by_two(alone.chain[0][1]) or any(adds(first, c) for c in beside if not c.outdone)
+    seen = [c for c in beside if c.evidence > EVIDENCE and not c.outdone]
+    more = two_by_two(alone.chain[0][1]) or any(adds(first, c) for c in seen)
     return (noisy and more) or strays(final, AHEAD)
 
 

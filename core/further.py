@@ -29,6 +29,7 @@ from .effects.further_mode import (
     heard_anew,
     is_a_mode,
     is_further,
+    of_take,
     pitch_of,
 )
 from .harmonic_inversion import invert
@@ -122,19 +123,18 @@ def with_modes_of(found: TimeFit, other: TimeFit, after: int) -> TimeFit:
     """The fit with the further modes of another one that it lacks, as they are there, before its
     last `after` effects, if they bring what modes must.
     """
-    own = [pitch_of(e, t) for e, t in _further(found)] + list(found.frequency)
-    new = [
-        as_it_is(e, t)
-        for e, t in _further(other)
-        if all(abs(np.log(pitch_of(e, t) / f)) > APART for f in own)
-    ]
-    return _worth_it(found, new, len(found.law.effects) - after) if new else found
-
-
-def _further(found: TimeFit) -> list:
-    """(effect, theta) of a fit's further modes."""
-    pairs = zip(found.law.effects, found.theta, strict=True)
-    return [(effect, theta[0]) for effect, theta in pairs if is_further(effect)]
+    if found.chi2 < QUIET * found.samples:
+        return found
+    known, new = set(found.law.effects), {}
+    for take in range(len(found.law.fitted)):
+        own = [*found.pitches(take), *(pitch_of(e, t) for _, e, t in of_take(found, take))]
+        for _, effect, theta in of_take(other, take):
+            pitch = pitch_of(effect, theta)
+            if effect not in known and all(abs(np.log(pitch / f)) > APART for f in own):
+                new[effect] = as_it_is(effect, theta)
+    if not new:
+        return found
+    return _worth_it(found, list(new.values()), len(found.law.effects) - after)
 
 
 def _worth_it(found: TimeFit, effects: list, at: int) -> TimeFit:

@@ -31,7 +31,7 @@ DEEPEST = 0.3  # of it, below which no mass of the body's own brings one: a mean
 STRONG = 0.2  # of the strongest pole, from which one is surely there
 LEAST = 0.35  # likeness, less the difference in pitch, from which a mode is known
 HARMONIC = 0.04  # relative distance below which a pole is an overtone of a nonlinear mode
-COMBINED = 0.005  # the same, of one that may move otherwise, and of two ones' sum or difference
+COMBINED = 0.005  # the same, of an overtone of any shape, or a sum or difference of two pitches
 FITS = 0.05  # relative, of a computed pitch, within which such a one is a mode all the same
 
 
@@ -209,7 +209,7 @@ def _partner(one, taken, modes, computed):
             return None, 0.0
     free = [j for j in range(len(frequency))
             if j not in modes and _may_pair(one, j, taken, modes, frequency)]  # fmt: skip
-    if _is_combined(f, [g for g, _, _ in taken]):
+    if _is_nonlinear_tone(f, [g for g, _, _ in taken]):
         free = [j for j in free if abs(f / frequency[j] - 1) < FITS]
     alike = {j: likeness(shape, shapes, frequency, j) for j in free}
     if f > (1 + PAIR) * frequency.max():  # it may be a mode that was not computed
@@ -231,7 +231,7 @@ def _partner(one, taken, modes, computed):
     return found, plain[found]
 
 
-def _is_combined(f: float, pitches: list[float]) -> bool:
+def _is_nonlinear_tone(f: float, pitches: list[float]) -> bool:
     """Whether f is the sum or the difference of two pitches, or twice or three times one, as what
     is not linear sounds.
     """

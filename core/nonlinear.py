@@ -61,7 +61,8 @@ def equilibrium(
     places = np.repeat(model.points, 3, axis=0)[free]
     u = np.zeros(model.points.size) if start is None else np.array(start, float).ravel()
     goal = TOLERANCE * np.linalg.norm(force[free]) + _rounding(parts, moduli)
-    # J: each point's F:F - 3 has lost its last digits, however little energy is in it
+    # J: a few of the last digits of F:F - 3 at every point, however little energy is in it; those
+    # of (J - 1)² are as small as that energy
     unsure = 1e-15 * moduli[0] * parts[0].volume.sum()
 
     def total(v: np.ndarray) -> float:

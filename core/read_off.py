@@ -10,7 +10,7 @@ from .effects.base import Effect
 from .in_step import in_step
 from .law import Law, TimeFit
 from .refit import MOVED, swapped
-from .residual import QUIET
+from .residual import NOISY, loud
 from .timefit import extend, fit, standing
 
 SEEN = 12  # frames in which every channel is there, more than which jumps need
@@ -260,15 +260,14 @@ def _sight(found: TimeFit, take: int) -> lost_frames.Sight:
 
 def _common_is_possible(start: TimeFit, data) -> bool:
     """Whether a motion that all markers share is told from the body's: a marker on the support
-    shows it; else what is missing in a mode would leave more than noise of it.
+    shows it; else what is missing in any mode that shows would leave more than noise in the
+    markers, once what they share is taken off.
     """
     if data.support.any():
         return True
-    markers, axes = np.unique(data.marker, return_index=True)
-    if len(markers) < 3:
+    if len(np.unique(data.marker)) < 3:
         return False
-    axis = np.arange(len(data.marker)) - axes[np.searchsorted(markers, data.marker)]
+    axis, shapes = base_motion.axes_of(data), (start.shapes / data.sigma)[loud(start)]
     common, _ = np.linalg.qr((axis[:, None] == np.unique(axis)) / data.sigma[:, None])
-    shapes = start.shapes / data.sigma
     share = np.sum((shapes @ common) ** 2, axis=1) / np.sum(shapes**2, axis=1)
-    return (start.chi2 / start.samples - 1) * (1 - share.max()) > QUIET - 1
+    return bool((start.chi2 / start.samples - 1) * (1 - share.max()) > NOISY - 1)

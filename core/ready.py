@@ -67,7 +67,7 @@ def widened(strong: list[Candidate], declared: TimeFit, widen: Callable) -> list
 
 def _laid_bare(found: list[Candidate], able: list[bool], declared: TimeFit, widen: Callable):
     """The candidates, best first, those that are `able` with a second time of a relaxation, a rub
-    in a plane and further modes where that is better.
+    in a plane and further modes, those too that another one laid bare, where that is better.
     """
 
     def laid_bare(c):
@@ -81,12 +81,13 @@ def _laid_bare(found: list[Candidate], able: list[bool], declared: TimeFit, wide
     some = [c for c in may if loud and c.found.chi2 >= QUIET * c.found.samples]
     others = [c for c in found if c not in some]
     out = in_step_by_parts([partial(laid_bare, c) for c in some])
-    best = max(out, key=lambda c: c.evidence, default=None)
 
-    def with_its_modes(c):
-        wider = with_modes_of(c.found, best.found, len(c.names))
-        return max(c, judge(c.names, wider, declared), key=lambda one: one.evidence)
+    def with_all(c):
+        found = c.found
+        for other in out:
+            found = with_modes_of(found, other.found, len(c.names)) if other is not c else found
+        return max(c, judge(c.names, found, declared), key=lambda one: one.evidence)
 
     # they are the same body's: which effects tell more shows with all that any of them laid bare
-    out = in_step_by_parts([partial(with_its_modes, c) for c in out])
+    out = in_step_by_parts([partial(with_all, c) for c in out])
     return sorted([*out, *others], key=lambda c: -c.evidence)

@@ -8,7 +8,7 @@ from .data import RingDown, poles
 from .effects.aliasing import is_folded, unfolded
 from .harmonic_inversion import invert
 from .law import TimeFit
-from .match import PAIR, Match, is_driven, likeness
+from .match import HEARD, PAIR, Match, is_driven, likeness
 from .residual import QUIET
 
 LIVELY = 0.25  # damping ratio up to which a weak pole may be a mode
@@ -76,25 +76,36 @@ def neighbours(found: TimeFit, heard: RingDown, match: Match, frequency: np.ndar
     """The poles with that of a computed mode (m,) Hz beside the strongest one, the match of both,
     and what ties them, as `Law.tied`, one after another.
 
-    Two modes that lie close together sound as one while something bends their pitches; where more
-    was `heard` there than was matched, each may be one of the two.
+    Two modes that lie close together sound as one while something bends their pitches. A slower
+    pole that was `heard` there and not matched may be the strongest mode itself, and the one that
+    was matched to it the other mode.
     """
     ratio = frequency / frequency[match.modes[0]]
     apart = np.abs(np.log(frequency[:, None] / frequency[list(match.modes)])).min(axis=1)
-    sigma = found.law.takes[found.law.fitted[0]].sigma
-    f, z = found.frequency, found.damping_ratio
-    near = np.abs(np.log(heard.frequency / f[0])) < np.log(NEIGHBOUR)
-    near[list(match.poles)] = False
-    first = match.poles[0]
+    data = found.law.takes[found.law.fitted[0]]
+    f, z, first = found.frequency, found.damping_ratio, match.poles[0]
     own = heard.frequency[first], heard.damping_ratio[first]
+    slower = _slower(heard, match, data)
     for j in np.flatnonzero((np.abs(np.log(ratio)) < np.log(NEIGHBOUR)) & (apart > PARTED)):
-        both = Match((*match.poles, first), (*match.modes, int(j)))
-        ring = bare(np.r_[f, f[0] * ratio[j]], np.r_[z, z[0]], sigma)
-        yield ring, both, ((len(f), float(np.log(ratio[j]))),)
-        for k in np.flatnonzero(near & (heard.damping_ratio < own[1])):
-            beside = heard.frequency[k], heard.damping_ratio[k]
-            other = np.r_[beside[0], f[1:], own[0]], np.r_[beside[1], z[1:], own[1]]
-            yield bare(*other, sigma), both, ()
+        modes = (*match.modes, int(j))
+        ring = bare(np.r_[f, f[0] * ratio[j]], np.r_[z, z[0]], data.sigma)
+        yield ring, Match((*match.poles, first), modes), ((len(f), float(np.log(ratio[j]))),)
+        for k in slower:
+            other = np.r_[heard.frequency[k], f[1:], own[0]]
+            ring = bare(other, np.r_[heard.damping_ratio[k], z[1:], own[1]], data.sigma)
+            yield ring, Match((int(k), *match.poles[1:], first), modes), ()
+
+
+def _slower(heard: RingDown, match: Match, data) -> np.ndarray:
+    """Which poles beside the strongest one die later than that, but do, and were not matched."""
+    first = match.poles[0]
+    near = np.abs(np.log(heard.frequency / heard.frequency[first])) < np.log(NEIGHBOUR)
+    near &= heard.damping_ratio < heard.damping_ratio[first]
+    near[list(match.poles)] = False
+    pole = poles(heard.frequency, heard.damping_ratio)
+    size = np.linalg.norm(heard.amplitude / heard.noise, axis=1)
+    near &= ~is_driven(pole, np.ptp(data.time[data.fit]), pole[[first]])
+    return np.flatnonzero(near & (size > HEARD * size[first]))
 
 
 def bare(frequency, damping_ratio, sigma: np.ndarray) -> RingDown:

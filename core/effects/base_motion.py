@@ -25,11 +25,17 @@ UNSEEN = 1e-6  # of the direction that is seen best, squared: what is seen less 
 SETTLE = "stick a marker on the support, or film something that stands still beside it"
 
 
-def common_motion(data, residual: np.ndarray) -> np.ndarray:
-    """(T, C) what the other markers share, per axis; from the support's markers where there are."""
+def axes_of(data) -> np.ndarray:
+    """(C,) the axis of every channel, from nought."""
     axes = np.zeros(len(data.marker), int)
     for m in np.unique(data.marker):
         axes[data.marker == m] = np.arange((data.marker == m).sum())
+    return axes
+
+
+def common_motion(data, residual: np.ndarray) -> np.ndarray:
+    """(T, C) what the other markers share, per axis; from the support's markers where there are."""
+    axes = axes_of(data)
     shared = np.zeros_like(residual)
     some_support = data.support.any()
     for axis in np.unique(axes):
@@ -52,7 +58,7 @@ def size(data, residual: np.ndarray) -> float:
     markers where there are.
     """
     pool = data.support if data.support.any() else np.ones(len(data.marker), bool)
-    axes = np.concatenate([np.arange((data.marker == m).sum()) for m in np.unique(data.marker)])
+    axes = axes_of(data)
     power = 0.0
     for axis in np.unique(axes):
         on = pool & (axes == axis)
@@ -163,7 +169,7 @@ def key(take) -> tuple:
 
 def _support_motion(data) -> tuple[np.ndarray, np.ndarray, float]:
     """Instants (n,) at which it is seen, the mean motion (axes, n) there and its variance."""
-    axes = np.concatenate([np.arange((data.marker == m).sum()) for m in np.unique(data.marker)])
+    axes = axes_of(data)
     values = [data.values[:, data.support & (axes == a)] for a in np.unique(axes)]
     known = np.all([np.isfinite(one).any(axis=1) for one in values], axis=0)
     if not known.any():

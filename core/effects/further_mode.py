@@ -73,7 +73,7 @@ def heard_anew(effect: Effect, theta: np.ndarray) -> Effect:
 
 
 def as_it_is(effect: Effect, theta: np.ndarray) -> Effect:
-    """The mode, heard as a fit found it."""
+    """The mode, heard as a fit found it: it may move as far from there as from where it was."""
     return replace(further_mode(pitch_of(effect, theta), theta[1]), channels=effect.channels)
 
 

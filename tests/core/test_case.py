@@ -73,10 +73,10 @@ def tracks(columns="tip.x,tip.y,tip.z", frames=40, rows=()):
     return "\n".join([*lines, *rows]) + "\n"
 
 
-def pixels(frames=40):
-    """The same seen by FLAT."""
+def pixels(frames=40, middle=(840, 340)):
+    """The same seen by FLAT, or about another pixel."""
     t = np.arange(frames) / 100
-    lines = [f"840.0,{340 - 2 * np.cos(31.4 * s):.4f}" for s in t]
+    lines = [f"{middle[0]:.1f},{middle[1] - 2 * np.cos(31.4 * s):.4f}" for s in t]
     return "\n".join(["tip.u,tip.v", *lines]) + "\n"
 
 
@@ -235,6 +235,27 @@ def test_a_pinhole_camera_sees_what_is_on_its_axis_at_the_principal_point(read):
     np.testing.assert_allclose(camera.project([0.05, 3.0, 0.01]), [640, 360])
     right_and_down = camera.project([0.05 + 0.1, 0.5, 0.01 - 0.2])  # 1 m away: 1000 px a metre
     np.testing.assert_allclose(right_and_down, [740, 560])
+
+
+@pytest.mark.parametrize("behind", [False, True])
+def test_a_place_that_is_looked_at_is_told_from_a_direction_by_where_the_markers_are(read, behind):
+    """The tip is at (0.1, 0.01, 0.01) m, and seen in the middle by who looks there."""
+    place = [0.1, 0.5, 0.3] if behind else [0.1, -0.5, -0.3]
+    table = PINHOLE.replace("[0.05, -0.5, 0.01]", str(place))
+    looks_at = table.replace("look = [0, 1, 0]", "look = [0.1, 0.01, 0.01]")
+    recording = read(flat_case(looks_at), pixels(middle=(640, 360))).takes[0].recording
+    np.testing.assert_allclose(recording.camera.project([0.1, 0.01, 0.01]), [640, 360])
+    assert any("place that is looked at" in told for told in recording.warnings)
+    away = np.array([0.1, 0.01, 0.01]) - place
+    right = table.replace("look = [0, 1, 0]", f"look = {away.tolist()}")
+    recording = read(flat_case(right), pixels(middle=(640, 360))).takes[0].recording
+    np.testing.assert_allclose(recording.camera.project([0.1, 0.01, 0.01]), [640, 360])
+    assert recording.warnings == ()
+
+
+def test_a_marker_behind_a_camera_is_refused_where_no_place_looked_at_would_do(read):
+    table = PINHOLE.replace("look = [0, 1, 0]", "look = [0, -1, 0]")
+    refused(read, ["tip", "behind", "Turn look"], flat_case(table), pixels(middle=(9000, 360)))
 
 
 def test_camera_axes_come_out_orthonormal(read):

@@ -28,7 +28,7 @@ from core.effects import (
 from core.linear_part import TIE, _ties
 from core.match import Match, match_modes
 from core.simulate import swing
-from core.unheard import bare, neighbours
+from core.unheard import neighbours
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
 
 FILES = sorted({m.name for m in pkgutil.iter_modules(effects.__path__)} - {"base", "partner"})
@@ -357,31 +357,45 @@ def test_a_line_is_at_resonance_by_the_pitch_that_is_fitted_beside_it(pitch, is_
     assert (steady_drive.EFFECT.veto(found) == "") is is_one
 
 
-def test_modes_that_lie_near_each_other_without_symmetry_are_tried_as_two():
+def heard_by_one_take(frequency, damping_ratio, amplitude=1.0):
+    """Poles (m,) as heard, and the fit of those at 5 Hz and above 10 Hz."""
+    z, m = np.array(damping_ratio), len(frequency)
+    size = np.broadcast_to(amplitude, m)[:, None] * np.ones((m, 3))
+    ring = RingDown(np.array(frequency), z, size, np.zeros(3), np.ones(3), np.eye(2 * m))
+    data = SimpleNamespace(sigma=np.ones(3), time=np.arange(300) / 60, fit=np.ones(300, bool))
+    matched = [0, *np.flatnonzero(ring.frequency > 10)]
     found = SimpleNamespace(
-        frequency=np.array([5.0]),
-        damping_ratio=np.array([0.02]),
-        law=SimpleNamespace(takes=[SimpleNamespace(sigma=np.ones(3))], fitted=[0]),
+        frequency=ring.frequency[matched],
+        damping_ratio=z[matched],
+        law=SimpleNamespace(takes=[data], fitted=[0]),
     )
+    return found, ring, Match(tuple(map(int, matched)), tuple(2 * n for n in range(len(matched))))
+
+
+def test_modes_that_lie_near_each_other_without_symmetry_are_tried_as_two():
     computed = np.array([1.0, 1.001, 1.01, 1.4, 3.0])
-    heard = bare(np.array([5.0]), np.array([0.02]), np.ones(3))
-    tried = [both.modes for _, both, _ in neighbours(found, heard, Match((0,), (0,)), computed)]
-    assert tried == [(0, 2), (0, 3)]
+    tried = neighbours(*heard_by_one_take([5.0], [0.02]), computed)
+    assert [both.modes for _, both, _ in tried] == [(0, 2), (0, 3)]
 
 
 def test_of_two_poles_heard_where_one_mode_was_matched_the_slower_one_may_be_that_mode():
-    found = SimpleNamespace(
-        frequency=np.array([5.0, 12.0]),
-        damping_ratio=np.array([0.3, 0.02]),
-        law=SimpleNamespace(takes=[SimpleNamespace(sigma=np.ones(3))], fitted=[0]),
-    )
-    heard = bare(np.array([4.9, 12.0, 5.1, 14.0]), np.array([0.25, 0.02, 0.04, 0.01]), np.ones(3))
-    tried = list(neighbours(found, heard, Match((0, 1), (0, 2)), np.array([1.0, 1.1, 2.5])))
-    assert [both.modes for _, both, _ in tried] == [(0, 2, 1)] * 2
-    (tied, _, ties), (free, _, none) = tried
-    assert tied.frequency == pytest.approx([5.0, 12.0, 5.5]) and ties[0][0] == 2 and none == ()
-    assert free.frequency == pytest.approx([5.1, 12.0, 4.9])
-    assert free.damping_ratio == pytest.approx([0.04, 0.02, 0.25])
+    case = heard_by_one_take([5.0, 12.0, 5.1], [0.25, 0.02, 0.04])
+    tied, free = neighbours(*case, np.array([1.0, 1.1, 2.5]))
+    assert [both.modes for _, both, _ in (tied, free)] == [(0, 2, 1)] * 2
+    assert tied[0].frequency == pytest.approx([5.0, 12.0, 5.5]) and tied[2][0][0] == 2
+    assert free[0].frequency == pytest.approx([5.1, 12.0, 5.0]) and free[2] == ()
+    assert free[0].damping_ratio == pytest.approx([0.04, 0.02, 0.25])
+    assert [both.poles for _, both, _ in (tied, free)] == [(0, 1, 0), (2, 1, 0)]
+
+
+@pytest.mark.parametrize(
+    ("pitch", "z", "size"),
+    [(5.1, 0.3, 1.0), (5.1, 1e-5, 1.0), (5.1, 0.04, 0.05), (8.0, 0.04, 1.0)],
+    ids=["it dies sooner", "it does not die", "it is faint", "it is far"],
+)
+def test_no_other_pole_is_taken_for_the_strongest_mode(pitch, z, size):
+    case = heard_by_one_take([5.0, pitch], [0.25, z], [1.0, size])
+    assert len(list(neighbours(*case, np.array([1.0, 1.1, 2.5])))) == 1
 
 
 @pytest.mark.parametrize(

@@ -8,16 +8,18 @@ import pytest
 
 from core.all_told import _mimics, cleared, modes_of, tells_all
 from core.data import poles
-from core.effects import large_amplitude, lost_frames
+from core.effects import large_amplitude, lost_frames, stiffness_drift
 from core.effects.further_mode import further_mode, is_further, pitch_of
 from core.further import _bases, _clear, _poles, _staying, with_modes_of
 from core.harmonic_inversion import invert
 from core.law import replace
 from core.linear_part import fitted_instants
 from core.match import mac
+from core.ready import widened
 from core.refit import LESS, lighter
 from core.residual import errors, noise_share
 from core.shutter import overtone
+from core.time_layer import judge
 from core.timefit import extend, fit
 from tests.core.test_simulate import AMPLITUDE
 from tests.core.test_timefit import (
@@ -337,3 +339,28 @@ def test_what_one_fit_laid_bare_is_tried_in_another_one(there):
     assert pitch_of(mode, wider.theta[0][0]) == pytest.approx(2.5 * FIRST, rel=2e-3)
     assert wider.chi2 < 1.1 * wider.samples < before.chi2
     assert with_modes_of(wider, other, 1) is wider
+
+
+def test_effects_that_vie_are_compared_with_all_modes_that_any_of_them_laid_bare():
+    """Each hears another mode of the body, and neither the other's."""
+    values = moved(Backbone(0.05, 0.0))
+    for times, shape in ((2.2, OTHER), (2.6, OTHER[::-1])):
+        values = values + 0.1 * AMPLITUDE * np.outer(ringing(times), shape)
+    start = declared(channels(values))
+    heard = {"large_amplitude": 2.2, "stiffness_drift": 2.6}
+    found = [raced(start, effect) for effect in (large_amplitude.EFFECT, stiffness_drift.EFFECT)]
+    first, second = (judge((f.law.effects[-1].name,), f, start) for f in found)
+
+    def widen(one, effects):
+        mode = further_mode(heard[one.law.effects[-1].name] * FIRST, 0.03)
+        law, p = extend(one, (mode,), [(0.0, 0.03)], len(one.law.effects) - effects)
+        return fit(law, p, evaluations=20)
+
+    for c in widened([first, second], start, widen):
+        modes = [
+            pitch_of(e, t[0]) / FIRST
+            for e, t in zip(c.found.law.effects, c.found.theta, strict=True)
+            if is_further(e)
+        ]
+        assert sorted(modes) == pytest.approx([2.2, 2.6], rel=5e-3)
+        assert c.found.law.effects[-1].name == c.names[0]
