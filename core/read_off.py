@@ -1,5 +1,6 @@
 """Effects made from what a fit leaves: wandering markers, lost frames, a shaken support."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -9,7 +10,7 @@ from .effects import base_motion, lost_frames, tracker_drift
 from .effects.base import Effect
 from .in_step import in_step
 from .law import Law, TimeFit
-from .refit import MOVED, swapped
+from .refit import MOVED, put, swapped
 from .residual import NOISY, loud
 from .timefit import extend, fit, standing
 
@@ -17,6 +18,7 @@ SEEN = 12  # frames in which every channel is there, more than which jumps need
 BELOW = 0.8  # of the strongest mode's pitch, up to which a body's answer to its support is told
 ROUNDS = 3  # of looks for more jumps
 NEAR = 4  # frames between two jumps that may be one
+LESS = 0.02  # of the misfit, that a shared motion must take which is read off anew
 REFITTED = 5  # looks of a fit with jumps: what it took for a pitch must turn back
 
 
@@ -24,7 +26,6 @@ def read_off(start: TimeFit) -> list[Effect]:
     """Effects that are made from what a fit leaves."""
     law, out = start.law, []
     data = law.takes[law.fitted[0]]
-    residual = _missed(start, 0)
     if len(np.unique(data.marker[~data.support])) >= 3:
         left = tuple(
             np.zeros_like(t.values) if t.take.held_out else t.values - p
@@ -33,19 +34,53 @@ def read_off(start: TimeFit) -> list[Effect]:
         swings = law.setting.duration * law.setting.omega[0] / (2 * np.pi)
         out += tracker_drift.propose(law.takes, left, law.fitted[0], swings)
     out += jumps(start)
-    if _common_is_possible(start, data):
-        shared = tuple(
-            base_motion.common_motion(t, t.values - p) if _is_read(t) else np.zeros_like(t.values)
-            for t, p in zip(law.takes, start.predicted, strict=True)
-        )
-        frames = sum(int(law.takes[index].fit.sum()) for index in law.fitted)
-        free = frames * data.take.recording.values.shape[2]
-        rms = base_motion.size(data, residual) / px_per_metre(data)
-        out.append(base_motion.shaken(shared, rms, free))
-        out += _answered(start, free)
-        for paths in base_motion.support_paths(law.takes):
-            out.append(base_motion.shaken(shared, rms, free, paths))
-    return out
+    return out + (shared_motions(start) if _common_is_possible(start, data) else [])
+
+
+def shared_motions(start: TimeFit) -> list[Effect]:
+    """What all markers share of what a fit leaves, as the camera or the support may move."""
+    law = start.law
+    data, residual = law.takes[law.fitted[0]], _missed(start, 0)
+    shared = tuple(
+        base_motion.common_motion(t, t.values - p) if _is_read(t) else np.zeros_like(t.values)
+        for t, p in zip(law.takes, start.predicted, strict=True)
+    )
+    frames = sum(int(law.takes[index].fit.sum()) for index in law.fitted)
+    free = frames * data.take.recording.values.shape[2]
+    rms = base_motion.size(data, residual) / px_per_metre(data)
+    paths = base_motion.support_paths(law.takes)
+    answering = [base_motion.shaken(shared, rms, free, one) for one in paths]
+    return [base_motion.shaken(shared, rms, free), *_answered(start, free), *answering]
+
+
+def read_anew(found: TimeFit, effects: int) -> TimeFit:
+    """The fit with a shared motion among its last so many effects read off anew beside the others,
+    as long as less is left: read before, it holds a share of what they do.
+    """
+    for _ in range(ROUNDS):
+        own = found.law.effects
+        last = range(len(own) - effects, len(own))
+        at = next((i for i in last if own[i].name == base_motion.NAME), None)
+        if at is None:
+            break
+        bare = tuple(p - own[at].given(n) for n, p in enumerate(found.predicted))
+        anew = [
+            effect
+            for effect in shared_motions(replace(found, predicted=bare))
+            if bool(effect.columns) == bool(own[at].columns)
+        ]
+        fits = in_step([partial(_in_place, found, at, effect) for effect in anew])
+        best = min(fits, key=lambda one: one.chi2)
+        if best.chi2 > (1 - LESS) * found.chi2:
+            break
+        found = best
+    return found
+
+
+def _in_place(found: TimeFit, at: int, effect: Effect) -> TimeFit:
+    """Fitted again with another effect in the place of one that is read off, too."""
+    law, (start,) = put(found, at, effect, [()])
+    return fit(law, start, evaluations=REFITTED)
 
 
 def _answered(start: TimeFit, free: int) -> list[Effect]:

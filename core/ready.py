@@ -10,6 +10,7 @@ from .carried import carrying
 from .effects.further_mode import ran_off
 from .further import with_modes_of
 from .law import TimeFit
+from .read_off import read_anew
 from .refit import turned
 from .residual import NOISY, QUIET
 from .rub import in_plane
@@ -67,11 +68,13 @@ def widened(strong: list[Candidate], declared: TimeFit, widen: Callable) -> list
 
 def _laid_bare(found: list[Candidate], able: list[bool], declared: TimeFit, widen: Callable):
     """The candidates, best first, those that are `able` with a second time of a relaxation, a rub
-    in a plane and further modes, those too that another one laid bare, where that is better.
+    in a plane, a shared motion read off anew and further modes, those too that another one laid
+    bare, where that is better.
     """
 
     def laid_bare(c):
         two = in_plane(with_branch(c.found, len(c.names)), len(c.names))
+        two = read_anew(two, len(c.names))
         others = [judge(c.names, found, declared) for found in (two, widen(two, len(c.names)))]
         return max(c, *others, key=lambda one: one.evidence)
 

@@ -18,6 +18,7 @@ from scipy.signal import lfilter
 from ..data import poles
 from .base import Effect, Parameter, along_modes, as_declared
 
+NAME = "base_motion"
 FEWEST = 12  # instants at which a support is seen, to tell how it moves
 ALONG, ABOVE = 0.01, 2.0  # power of a way that counts, over that of the largest and of the noise
 BESIDE, MARGIN = 4, 1.3  # neighbours either way of a spectrum's line; noise is no less than this
@@ -232,7 +233,7 @@ def shaken(shared: tuple[np.ndarray, ...], rms: float, free: int, paths=None) ->
     swings = {name: partial(_answers, *path) for name, path in (paths or {}).items()}
     first = next(iter(swings.values()), None)
     return Effect(
-        name="base_motion",
+        name=NAME,
         layer="camera",
         parameters=(Parameter("rms", "m", 0.0, 10.0),),
         twins=(),

@@ -40,6 +40,22 @@ def test_frames_that_saw_the_object_held_are_left_out_and_no_others(held):
         assert ring.damping_ratio[0] == pytest.approx(DAMPING_RATIO, rel=0.03)
 
 
+def test_frames_before_a_blow_are_left_out_though_a_pole_that_dies_at_once_tells_them():
+    """Three frames at rest, a hundred and seventy a swing: they lie on a line, not on a swing."""
+    time = np.arange(2400) / FPS
+    since = np.maximum(time - 3 / FPS, 0)
+    omega = 2 * np.pi * FPS / 170
+    for seed in range(4):
+        swing = np.exp(-0.017 * omega * since) * np.sin(omega * since)
+        values = swing[:, None, None] * SWINGS
+        values = values + 2 * NOISE * np.random.default_rng(seed).standard_normal(values.shape)
+        markers = tuple(Marker(f"m{n}", position=(0.1 * n, 0, 0.1)) for n in range(3))
+        take = Take(Recording(time, values, markers, capture_fps=FPS))
+        free, ring = listen(take, lambda time, signals: (0.0, time[-1]))
+        assert 2 <= len(time) - len(free.time) <= 3
+        assert len(ring.frequency) == 1
+
+
 def test_a_marker_that_nobody_tracked_is_not_believed_beyond_the_others():
     """Written as it rests, or rounded to where it stays: its last digit must outweigh no motion."""
     take = held_then_free(0, 5)

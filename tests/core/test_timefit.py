@@ -40,7 +40,16 @@ from core.match import Match
 from core.outset import begin, outsets
 from core.parameters import as_fitted, parameters
 from core.race import Try, begun, begun_all, ended, race, worth
-from core.read_off import _common_is_possible, _left, _moved, _nearby, _with_jumps, jumps, read_off
+from core.read_off import (
+    _common_is_possible,
+    _left,
+    _moved,
+    _nearby,
+    _with_jumps,
+    jumps,
+    read_anew,
+    read_off,
+)
 from core.ready import to_their_end
 from core.refit import turned
 from core.residual import AHEAD, NOISY, strays
@@ -1238,6 +1247,18 @@ def test_what_is_shared_is_told_from_every_mode_that_shows(shapes, sigma, marker
     swings = np.linalg.norm(shapes, axis=1)
     start = SimpleNamespace(shapes=np.array(shapes), swings=swings, chi2=300.0, samples=100.0)
     assert _common_is_possible(start, data) is told
+
+
+def test_a_shared_motion_that_was_read_first_is_read_anew_beside_a_force():
+    """As first read it holds a share of what a rub does, and the rub is told too weak for that."""
+    shake = 3 * NOISE * np.sin(2 * np.pi * 1.7 * TIME)
+    start = declared(channels(moved(Rub(0.05, 0.05)) + shake[:, None]))
+    first = next(effect for effect in read_off(start) if effect.name == "base_motion")
+    both = raced(raced(start, first), dry_friction.EFFECT)
+    anew = read_anew(both, 2)
+    assert [e.name for e in anew.law.effects] == ["base_motion", "dry_friction"]
+    assert anew.chi2 - anew.samples < 0.3 * (both.chi2 - both.samples)
+    assert read_anew(raced(start, dry_friction.EFFECT), 1).law.effects[-1].name == "dry_friction"
 
 
 def test_a_stop_is_no_shared_motion_where_the_markers_move_alike():
