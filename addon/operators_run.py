@@ -8,10 +8,11 @@ import bpy
 import numpy as np
 
 from ..core.bake import load_motion, save_motion
-from ..core.camera_fields import CAMERA_FIELDS, make_camera
+from ..core.camera_fields import CAMERA_FIELDS
 from ..core.case_fields import read_table
-from ..core.data import TetMesh
+from ..core.data import Marker, TetMesh
 from ..core.errors import CoreError
+from ..core.looked_at import as_seen, read_camera
 from ..core.tets import key, save_tets
 from . import folder as case_folder
 from . import job, keep, ready, running, windows
@@ -88,7 +89,8 @@ def followed(folder: Path, more: dict) -> dict:
     flat = more["measured"].shape[2] == 2
     if flat:
         table = read_table(fields["camera"], CAMERA_FIELDS, "[camera]")
-        camera = make_camera(table, "[camera]")
+        markers = [Marker(one["name"], one["position"]) for one in fields["marker"]]
+        camera = as_seen(read_camera(table, "[camera]", markers), places, more["measured"])
         back = np.linalg.pinv(camera.jacobian(places))  # (n, 3, 2) metres per pixel
     for name in ("measured", "predicted"):
         values = more[name]

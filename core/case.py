@@ -9,7 +9,7 @@ from .case_fields import read_table
 from .case_schema import CASE_FIELDS
 from .data import Case, Load, Marker, Material, Surface, Take, replace
 from .errors import CaseError
-from .looked_at import as_seen, cameras
+from .looked_at import read_camera, with_camera
 from .pins import HAIR, Box, Region, Sphere, held_vertices, vertices_region
 from .surface import (
     METRES,
@@ -70,15 +70,16 @@ def _make_case(fields: dict, folder: Path, progress) -> Case:
     _check_near(surface, on_object)
     _check_unit(surface, body["length_unit"], np.array(list(on_object.values())))
     table = fields["camera"]
-    possible = cameras(table, "[camera]", markers) if table else [None]
-    scene = Scene(folder, markers, possible[0], diagonal(surface))
+    reading = read_camera(table, "[camera]", markers) if table else None
+    scene = Scene(folder, markers, reading and reading.camera, diagonal(surface))
     own = {"load": fields["load"], "gravity": body["gravity"]}
     tables = {"[recording]": fields["recording"] | own}
     tables |= {f"[[take]] {k + 1}": _overlaid(own, take) for k, take in enumerate(fields["take"])}
     material = Material(body["density"], body["poisson_ratio"])
     _check_loads(tables, surface, material)
     takes = tuple(_take(one, where, surface, scene, progress) for where, one in tables.items())
-    takes = as_seen(takes, possible, table, "[camera]")
+    if reading:
+        takes = with_camera(takes, reading, table["look"], "[camera]")
     if body["shape"] == "unloaded":
         takes = _warned_of_no_sag(takes)
     return Case(

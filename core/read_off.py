@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 
 from .baseline import px_per_metre
+from .carried import carrying
 from .effects import base_motion, lost_frames, tracker_drift
 from .effects.base import Effect
 from .in_step import in_step
@@ -16,10 +17,10 @@ from .timefit import extend, fit, standing
 
 SEEN = 12  # frames in which every channel is there, more than which jumps need
 BELOW = 0.8  # of the strongest mode's pitch, up to which a body's answer to its support is told
-ROUNDS = 3  # of looks for more jumps
+ROUNDS = 3  # of looks for more jumps, or of a shared motion that is read off anew
 NEAR = 4  # frames between two jumps that may be one
-LESS = 0.02  # of the misfit, that a shared motion must take which is read off anew
-REFITTED = 5  # looks of a fit with jumps: what it took for a pitch must turn back
+CLEARLY = 0.02  # of the misfit, that a shared motion must take which is read off anew
+REFITTED = 5  # looks of a fit with either: what it took for a pitch must turn back
 
 
 def read_off(start: TimeFit) -> list[Effect]:
@@ -55,9 +56,9 @@ def shared_motions(start: TimeFit) -> list[Effect]:
 
 def read_anew(found: TimeFit, effects: int) -> TimeFit:
     """The fit with a shared motion among its last so many effects read off anew beside the others,
-    as long as less is left: read before, it holds a share of what they do.
+    as long as clearly less is left: read before, it holds a share of what they do.
     """
-    for _ in range(ROUNDS):
+    for _ in range(ROUNDS if effects > 1 else 0):
         own = found.law.effects
         last = range(len(own) - effects, len(own))
         at = next((i for i in last if own[i].name == base_motion.NAME), None)
@@ -71,7 +72,7 @@ def read_anew(found: TimeFit, effects: int) -> TimeFit:
         ]
         fits = in_step([partial(_in_place, found, at, effect) for effect in anew])
         best = min(fits, key=lambda one: one.chi2)
-        if best.chi2 > (1 - LESS) * found.chi2:
+        if best.chi2 > (1 - CLEARLY) * found.chi2:
             break
         found = best
     return found
@@ -80,7 +81,7 @@ def read_anew(found: TimeFit, effects: int) -> TimeFit:
 def _in_place(found: TimeFit, at: int, effect: Effect) -> TimeFit:
     """Fitted again with another effect in the place of one that is read off, too."""
     law, (start,) = put(found, at, effect, [()])
-    return fit(law, start, evaluations=REFITTED)
+    return carrying(fit(law, start, evaluations=REFITTED))
 
 
 def _answered(start: TimeFit, free: int) -> list[Effect]:

@@ -76,36 +76,37 @@ def neighbours(found: TimeFit, heard: RingDown, match: Match, frequency: np.ndar
     """The poles with that of a computed mode (m,) Hz beside the strongest one, the match of both,
     and what ties them, as `Law.tied`, one after another.
 
-    Two modes that lie close together sound as one while something bends their pitches. A slower
-    pole that was `heard` there and not matched may be the strongest mode itself, and the one that
-    was matched to it the other mode.
+    Two modes that lie close together sound as one while something bends their pitches. A pole that
+    was `heard` there, lives longer and was not matched may be the strongest mode itself, and the
+    one that was matched to it the other mode.
     """
     ratio = frequency / frequency[match.modes[0]]
     apart = np.abs(np.log(frequency[:, None] / frequency[list(match.modes)])).min(axis=1)
     data = found.law.takes[found.law.fitted[0]]
     f, z, first = found.frequency, found.damping_ratio, match.poles[0]
     own = heard.frequency[first], heard.damping_ratio[first]
-    slower = _slower(heard, match, data)
+    longer = _longer_lived(heard, match, data)
     for j in np.flatnonzero((np.abs(np.log(ratio)) < np.log(NEIGHBOUR)) & (apart > PARTED)):
         modes = (*match.modes, int(j))
         ring = bare(np.r_[f, f[0] * ratio[j]], np.r_[z, z[0]], data.sigma)
         yield ring, Match((*match.poles, first), modes), ((len(f), float(np.log(ratio[j]))),)
-        for k in slower:
+        for k in longer:
             other = np.r_[heard.frequency[k], f[1:], own[0]]
             ring = bare(other, np.r_[heard.damping_ratio[k], z[1:], own[1]], data.sigma)
             yield ring, Match((int(k), *match.poles[1:], first), modes), ()
 
 
-def _slower(heard: RingDown, match: Match, data) -> np.ndarray:
-    """Which poles beside the strongest one die later than that, but do, and were not matched."""
-    first = match.poles[0]
-    near = np.abs(np.log(heard.frequency / heard.frequency[first])) < np.log(NEIGHBOUR)
-    near &= heard.damping_ratio < heard.damping_ratio[first]
-    near[list(match.poles)] = False
-    pole = poles(heard.frequency, heard.damping_ratio)
+def _longer_lived(heard: RingDown, match: Match, data) -> np.ndarray:
+    """Which poles beside the strongest one were not matched and die, but later than that, and are
+    not faint.
+    """
+    first, pole = match.poles[0], poles(heard.frequency, heard.damping_ratio)
+    able = np.abs(np.log(heard.frequency / heard.frequency[first])) < np.log(NEIGHBOUR)
+    able &= pole.real > pole.real[first]
+    able[list(match.poles)] = False
+    able &= ~is_driven(pole, np.ptp(data.time[data.fit]), pole[[first]])
     size = np.linalg.norm(heard.amplitude / heard.noise, axis=1)
-    near &= ~is_driven(pole, np.ptp(data.time[data.fit]), pole[[first]])
-    return np.flatnonzero(near & (size > HEARD * size[first]))
+    return np.flatnonzero(able & (size > HEARD * size[first]))
 
 
 def bare(frequency, damping_ratio, sigma: np.ndarray) -> RingDown:

@@ -253,9 +253,49 @@ def test_a_place_that_is_looked_at_is_told_from_a_direction_by_where_the_markers
     assert recording.warnings == ()
 
 
-def test_a_marker_behind_a_camera_is_refused_where_no_place_looked_at_would_do(read):
-    table = PINHOLE.replace("look = [0, 1, 0]", "look = [0, -1, 0]")
-    refused(read, ["tip", "behind", "Turn look"], flat_case(table), pixels(middle=(9000, 360)))
+def looking(position, look):
+    """[camera] of a pinhole at a place."""
+    table = PINHOLE.replace("[0.05, -0.5, 0.01]", str(position))
+    return table.replace("look = [0, 1, 0]", f"look = {look}")
+
+
+def test_the_origin_may_be_looked_at(read):
+    table = looking([0.0, -0.5, -0.3], [0, 0, 0])
+    at = 640 + 1000 * 0.1 / 0.6  # near the middle, wherever exactly
+    camera = read(flat_case(table), pixels(middle=(at, 360))).takes[0].recording.camera
+    np.testing.assert_allclose(camera.project([0, 0, 0]), [640, 360])
+
+
+@pytest.mark.parametrize("middle", [(640, 360), (1400, 360), (9000, 360)])
+def test_a_marker_behind_a_camera_is_refused_where_no_place_looked_at_would_do(read, middle):
+    """The place would be seen 0 px, 760 px and 8360 px from the marker, were it looked at."""
+    case = flat_case(looking([0.1, 0.5, 0.3], [0.1, 0.01, 0.01]))
+    if middle == (640, 360):
+        assert read(case, pixels(middle=middle)).takes[0].recording.warnings
+        return
+    refused(read, ["tip", "behind", "Turn look"], case, pixels(middle=middle))
+
+
+def test_a_direction_that_has_the_markers_nearly_where_they_are_stays_one(read):
+    """However well the place fits, which lies but a degree aside."""
+    case = flat_case(looking([0.1, -5.0, 0.01], [0, 1, 0]))
+    recording = read(case, pixels(middle=(656.7, 358.3))).takes[0].recording
+    np.testing.assert_allclose(recording.camera.rows[2], [0, 1, 0])
+    assert recording.warnings == ()
+
+
+def test_of_two_takes_in_pixels_both_get_the_camera_and_the_first_one_the_warning(read):
+    case = flat_case(looking([0.1, 0.5, 0.3], [0.1, 0.01, 0.01]))
+    more = '\n[[take]]\ntracks = "other.csv"\ncapture_fps = 100\n'
+    seen = pixels(middle=(640, 360))
+    one, two = read(case + more, seen, other=seen).takes
+    assert one.recording.camera is two.recording.camera
+    assert len(one.recording.warnings) == 1 and two.recording.warnings == ()
+
+
+def test_tracks_in_metres_are_no_help_where_a_marker_is_behind_the_camera(read):
+    case = CASE + "\n" + looking([0.1, 0.5, 0.3], [0.1, 0.01, 0.01])
+    refused(read, ["tip", "behind", "Turn look"], case)
 
 
 def test_camera_axes_come_out_orthonormal(read):

@@ -378,7 +378,7 @@ def test_modes_that_lie_near_each_other_without_symmetry_are_tried_as_two():
     assert [both.modes for _, both, _ in tried] == [(0, 2), (0, 3)]
 
 
-def test_of_two_poles_heard_where_one_mode_was_matched_the_slower_one_may_be_that_mode():
+def test_of_two_poles_heard_where_one_mode_was_matched_the_longer_lived_may_be_that_mode():
     case = heard_by_one_take([5.0, 12.0, 5.1], [0.25, 0.02, 0.04])
     tied, free = neighbours(*case, np.array([1.0, 1.1, 2.5]))
     assert [both.modes for _, both, _ in (tied, free)] == [(0, 2, 1)] * 2
@@ -390,9 +390,10 @@ def test_of_two_poles_heard_where_one_mode_was_matched_the_slower_one_may_be_tha
 
 @pytest.mark.parametrize(
     ("pitch", "z", "size"),
-    [(5.1, 0.3, 1.0), (5.1, 1e-5, 1.0), (5.1, 0.04, 0.05), (8.0, 0.04, 1.0)],
-    ids=["it dies sooner", "it does not die", "it is faint", "it is far"],
-)
+    [(5.1, 0.3, 1.0), (7.4, 0.2, 1.0), (5.1, 1e-5, 1.0), (5.1, 0.04, 0.05), (8.0, 0.04, 1.0)],
+    ids=["it dies sooner", "it is less damped, but higher", "it does not die", "it is faint",
+         "it is far"],
+)  # fmt: skip
 def test_no_other_pole_is_taken_for_the_strongest_mode(pitch, z, size):
     case = heard_by_one_take([5.0, pitch], [0.25, z], [1.0, size])
     assert len(list(neighbours(*case, np.array([1.0, 1.1, 2.5])))) == 1

@@ -338,7 +338,18 @@ def test_what_one_fit_laid_bare_is_tried_in_another_one(there):
     assert is_further(mode) and effect.name == "large_amplitude"
     assert pitch_of(mode, wider.theta[0][0]) == pytest.approx(2.5 * FIRST, rel=2e-3)
     assert wider.chi2 < 1.1 * wider.samples < before.chi2
-    assert with_modes_of(wider, other, 1) is wider
+
+
+def test_no_mode_that_is_known_is_tried_again():
+    """However much another one, which neither fit knows, leaves."""
+    values = moved() + 0.2 * AMPLITUDE * np.outer(ringing(2.5), OTHER)
+    start = declared(channels(values + 0.2 * AMPLITUDE * np.outer(ringing(3.7), OTHER[::-1])))
+    first, second = (
+        fit(*extend(start, (further_mode(times * FIRST, 0.03),), [(0.0, 0.03)]), evaluations=20)
+        for times in (2.5, 2.51)
+    )
+    assert first.chi2 > 2 * first.samples
+    assert with_modes_of(first, second, 0) is first
 
 
 def test_effects_that_vie_are_compared_with_all_modes_that_any_of_them_laid_bare():

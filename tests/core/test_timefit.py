@@ -10,6 +10,7 @@ import pytest
 from core import diagnosis, foils, sufficiency, time_layer
 from core.alone import add_second
 from core.baseline import _places, behind, build_law
+from core.carried import carrying
 from core.channels import Channels
 from core.compare import Measured, compare, rematched
 from core.data import RingDown
@@ -42,6 +43,7 @@ from core.parameters import as_fitted, parameters
 from core.race import Try, begun, begun_all, ended, race, worth
 from core.read_off import (
     _common_is_possible,
+    _in_place,
     _left,
     _moved,
     _nearby,
@@ -49,6 +51,7 @@ from core.read_off import (
     jumps,
     read_anew,
     read_off,
+    shared_motions,
 )
 from core.ready import to_their_end
 from core.refit import turned
@@ -1250,7 +1253,7 @@ def test_what_is_shared_is_told_from_every_mode_that_shows(shapes, sigma, marker
 
 
 def test_a_shared_motion_that_was_read_first_is_read_anew_beside_a_force():
-    """As first read it holds a share of what a rub does, and the rub is told too weak for that."""
+    """As first read it holds a share of what a rub does."""
     shake = 3 * NOISE * np.sin(2 * np.pi * 1.7 * TIME)
     start = declared(channels(moved(Rub(0.05, 0.05)) + shake[:, None]))
     first = next(effect for effect in read_off(start) if effect.name == "base_motion")
@@ -1258,7 +1261,30 @@ def test_a_shared_motion_that_was_read_first_is_read_anew_beside_a_force():
     anew = read_anew(both, 2)
     assert [e.name for e in anew.law.effects] == ["base_motion", "dry_friction"]
     assert anew.chi2 - anew.samples < 0.3 * (both.chi2 - both.samples)
-    assert read_anew(raced(start, dry_friction.EFFECT), 1).law.effects[-1].name == "dry_friction"
+    alone = raced(start, first)
+    assert read_anew(alone, 1) is alone
+
+
+def test_a_rub_feels_a_support_that_is_read_off_anew():
+    """The last channel is on the support, which shakes."""
+    omega, size = 2 * np.pi * 3.1, 0.3 * AMPLITUDE
+    rub = Rub(0.05, 0.05)
+
+    def pull(x, v, t, h):
+        return rub.pull(x, v, t, h) + size * omega**2 * math.sin(omega * t)
+
+    support = size * np.sin(omega * TIME)
+    values = moved(SimpleNamespace(pull=pull)) + support[:, None]
+    values[:, 3] = support + NOISE * np.random.default_rng(9).standard_normal(len(TIME))
+    shown = replace(channels(values), support=np.array([False, False, False, True]))
+    start = declared(shown)
+    (answering,) = [e for e in read_off(start) if e.name == "base_motion" and e.columns]
+    both = carrying(raced(raced(start, answering), dry_friction.EFFECT))
+    anew = read_anew(both, 2)
+    assert both.law.setting.carried and anew.law.setting.carried
+    assert not anew.chi2 > both.chi2
+    (effect,) = [e for e in shared_motions(start) if e.columns]
+    assert _in_place(both, 0, effect).law.setting.carried
 
 
 def test_a_stop_is_no_shared_motion_where_the_markers_move_alike():
