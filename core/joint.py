@@ -113,7 +113,10 @@ def _hear(ground: Recorded, matches: dict[int, Match]) -> Heard:
     if straight is ground:
         return heard_by(ground, _whole(ground, settled, loaded))
     chosen = [_same_poles(straight, i, settled[2]) for i in ground.fitted]
-    settled = settle(straight, chosen, settled[2])
+    unbent = settle(straight, chosen, settled[2])
+    if excess(unbent[0]) > excess(settled[0]):  # swings that cancel bend as if they did not
+        return heard_by(ground, _whole(ground, settled, loaded))
+    settled = unbent
     whole = _whole(straight, settled, loaded)
     free, _, first = whole
     at = ground.fitted[0]

@@ -12,7 +12,6 @@ from .effects.base import Effect
 from .in_step import in_step
 from .law import Law, TimeFit
 from .refit import MOVED, put, swapped
-from .residual import NOISY, loud
 from .timefit import extend, fit, standing
 
 SEEN = 12  # frames in which every channel is there, more than which jumps need
@@ -295,15 +294,9 @@ def _sight(found: TimeFit, take: int) -> lost_frames.Sight:
 
 
 def _common_is_possible(start: TimeFit, data) -> bool:
-    """Whether a motion that all markers share is told from the body's: a marker on the support
-    shows it; else what is missing in any mode that shows would leave more than noise in the
-    markers, once what they share is taken off.
-    """
+    """A marker on the support shows it; else the markers must not sit together."""
     if data.support.any():
         return True
-    if len(np.unique(data.marker)) < 3:
-        return False
-    axis, shapes = base_motion.axes_of(data), (start.shapes / data.sigma)[loud(start)]
-    common, _ = np.linalg.qr((axis[:, None] == np.unique(axis)) / data.sigma[:, None])
-    share = np.sum((shapes @ common) ** 2, axis=1) / np.sum(shapes**2, axis=1)
-    return bool((start.chi2 / start.samples - 1) * (1 - share.max()) > NOISY - 1)
+    markers = np.unique(data.marker)
+    size = [np.linalg.norm(start.shapes[0][data.marker == m]) for m in markers]
+    return len(markers) >= 3 and min(size) < 0.35 * max(size)

@@ -42,7 +42,6 @@ from core.outset import begin, outsets
 from core.parameters import as_fitted, parameters
 from core.race import Try, begun, begun_all, ended, race, worth
 from core.read_off import (
-    _common_is_possible,
     _in_place,
     _left,
     _moved,
@@ -1210,48 +1209,6 @@ def test_a_support_that_shakes_is_known_in_a_held_out_take_and_the_body_answers_
     assert np.sqrt(np.mean(left**2)) < 2 * NOISE
 
 
-@pytest.mark.parametrize(
-    ("shape", "size", "told"),
-    [
-        ([1.0, 0.9, 0.8, 0.9], 5.0, False),
-        ([1.0, 0.9, 0.8, 0.9], 30.0, True),
-        ([1.0, -0.5, 0.2, -0.7], 5.0, True),
-    ],
-    ids=["alike", "alike, but much is missing", "each in its own way"],
-)
-def test_a_shared_motion_is_looked_for_where_no_mode_could_leave_as_little(shape, size, told):
-    """Of what is missing, `size` times the noise, a mode that moves all markers alike leaves a
-    part in them that they do not share.
-    """
-    shake = size * NOISE * np.sqrt(2) * np.sin(2 * np.pi * 3.1 * TIME)
-    start = declared(channels(moved(shape=np.array(shape)) + shake[:, None]))
-    assert any(effect.name == "base_motion" for effect in read_off(start)) is told
-
-
-@pytest.mark.parametrize(
-    ("shapes", "sigma", "marker", "told"),
-    [
-        ([[1.0, 1.0, 0.9]], [1.0, 1.0, 1.0], [0, 1, 2], False),
-        ([[1.0, 1.0, 0.0]], [1.0, 1.0, 1.0], [0, 1, 2], True),
-        ([[1.0, 1.0, 0.0]], [1.0, 1.0, 30.0], [0, 1, 2], False),
-        ([[1.0, -1.0, 0.0], [1.0, 1.0, 1.0]], [1.0, 1.0, 1.0], [0, 1, 2], False),
-        ([[1.0, -1.0, 0.0], [0.01, 0.01, 0.01]], [1.0, 1.0, 1.0], [0, 1, 2], True),
-        ([[1.0, 1.0, 1.0, -1.0, 1.0, 0.0]], [1.0] * 6, [0, 0, 1, 1, 2, 2], True),
-        ([[1.0, 1.0, 1.0, 0.9, 1.0, 1.0]], [1.0] * 6, [0, 0, 1, 1, 2, 2], False),
-        ([[1.0, 1.0]], [1.0, 1.0], [0, 1], False),
-    ],
-    ids=["alike", "one stands", "one stands, unseen", "of two modes one alike",
-         "a faint one alike", "alike along one axis", "along both", "two markers"],
-)  # fmt: skip
-def test_what_is_shared_is_told_from_every_mode_that_shows(shapes, sigma, marker, told):
-    data = SimpleNamespace(
-        support=np.zeros(len(marker), bool), marker=np.array(marker), sigma=np.array(sigma)
-    )
-    swings = np.linalg.norm(shapes, axis=1)
-    start = SimpleNamespace(shapes=np.array(shapes), swings=swings, chi2=300.0, samples=100.0)
-    assert _common_is_possible(start, data) is told
-
-
 def test_a_shared_motion_that_was_read_first_is_read_anew_beside_a_force():
     """As first read it holds a share of what a rub does."""
     shake = 3 * NOISE * np.sin(2 * np.pi * 1.7 * TIME)
@@ -1285,16 +1242,6 @@ def test_a_rub_feels_a_support_that_is_read_off_anew():
     assert not anew.chi2 > both.chi2
     (effect,) = [e for e in shared_motions(start) if e.columns]
     assert _in_place(both, 0, effect).law.setting.carried
-
-
-def test_a_stop_is_no_shared_motion_where_the_markers_move_alike():
-    """What they share would take nearly all of what it makes of the mode."""
-    start = declared(channels(moved(Stop(0.5, 0.4), shape=np.array([1.0, 0.9, 0.8, 0.9]))))
-    data = start.law.takes[0]
-    shared = base_motion.common_motion(data, data.values - start.predicted[0])
-    shaken = base_motion.shaken((shared,), 1.0, int(data.fit.sum()))
-    assert sufficient(judge(("base_motion",), raced(start, shaken), start), ENOUGH)
-    assert not any(effect.name == "base_motion" for effect in read_off(start))
 
 
 @pytest.mark.parametrize(("off", "is_enough"), [(4.0, True), (6.0, False)])
