@@ -114,7 +114,7 @@ def _hear(ground: Recorded, matches: dict[int, Match]) -> Heard:
         return heard_by(ground, _whole(ground, settled, loaded))
     chosen = [_same_poles(straight, i, settled[2]) for i in ground.fitted]
     unbent = settle(straight, chosen, settled[2])
-    if excess(unbent[0]) > excess(settled[0]):  # swings that cancel bend as if they did not
+    if excess(settled[0]) < SHOWN * excess(unbent[0]):  # swings that cancel bend as if they did not
         return heard_by(ground, _whole(ground, settled, loaded))
     settled = unbent
     whole = _whole(straight, settled, loaded)

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from core import joint
 from core.data import RingDown
 from core.hearings import weak_beside
 from core.match import Match
@@ -43,3 +44,29 @@ def test_a_weak_pole_that_is_a_fold_is_no_weak_mode(rate, found, aside):
     ring, match, left = weak_modes(strong, rest, body, Match((2,), (0,)), 0.4)
     assert match == Match((2, 2), (0, 1))
     assert ring.frequency == pytest.approx([2.77, found]) and left == pytest.approx(aside)
+
+
+@pytest.mark.parametrize(("left", "kept"), [(20.0, "as filmed"), (1.05, "straight")])
+def test_takes_that_a_lens_bends_are_straightened_unless_that_leaves_far_more(
+    monkeypatch, left, kept
+):
+    """What two modes of huge swings that cancel would bend is none of what is seen."""
+    ground, straight = (
+        SimpleNamespace(name=name, condition=[0], rings=[SimpleNamespace(frequency=[5.0])],
+                        fitted=[0])
+        for name in ("as filmed", "straight")
+    )  # fmt: skip
+    fits = {"as filmed": 1.0, "straight": left}
+    match = Match((0,), (0,))
+    for name, value in {
+        "common": lambda matches, heard: matches,
+        "left_out": lambda *_: [],
+        "_same_poles": lambda *_: None,
+        "settle": lambda on, chosen, matches: (fits[on.name], None, {0: match}),
+        "_straightened": lambda on, settled: straight,
+        "excess": lambda one: one,
+        "_whole": lambda on, settled, loaded: (settled[0], None, match),
+        "heard_by": lambda on, whole: (on.name, whole[0]),
+    }.items():
+        monkeypatch.setattr(joint, name, value)
+    assert joint._hear(ground, {0: match}) == (kept, fits[kept])
