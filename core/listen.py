@@ -19,7 +19,7 @@ ENOUGH = 12  # samples of a channel that an inversion needs
 FIRST = 3  # frames at most that have still seen the object held
 OFF, HELD = 3.0, 0.5  # noise, rms, that such a frame is off by; share of what is left that it makes
 NEXT = 8  # frames after it, that it is compared with
-BRIEF = 1.0  # decay (nepers) in a frame of a pole that stands for it; in `FIRST`, without a swing
+BRIEF, BRIEFLY = 1.0, 0.6  # decay (nepers) in a frame of a pole that stands for it; without a swing
 PERIODS = 2.0  # of the lowest mode that a recording must hold
 
 
@@ -129,7 +129,7 @@ def _left(data: Channels, ring: RingDown) -> tuple[np.ndarray, np.ndarray]:
     on = ~data.support
     pole = poles(ring.frequency, ring.damping_ratio)
     dies = -pole.real * data.frame
-    lasting = dies < np.where(ring.damping_ratio > DEAD, BRIEF / FIRST, BRIEF)
+    lasting = dies < np.where(ring.damping_ratio > DEAD, BRIEFLY, BRIEF)
     phase = np.exp(np.outer(data.time - ring.t0, pole[lasting]))
     left = (data.values[:, on] - (phase @ ring.amplitude[lasting]).real - ring.offset)[data.fit]
     return np.nansum((left / data.sigma[on]) ** 2, axis=1), np.isfinite(left).sum(axis=1)
