@@ -34,10 +34,10 @@ class Reading:
 def read_camera(fields: dict, where: str, markers: tuple[Marker, ...]) -> Reading:
     """The camera of checked `fields` by either reading.
 
-    Raises CaseError as `make_camera` does, and where a marker is behind either.
+    Raises CaseError as `make_camera` does, and where a marker is behind both.
     """
     own = fields["look"], fields["position"]
-    place, refused = None, None
+    place = None
     if fields["kind"] == "pinhole" and all(one is not None for one in own):
         place, _ = _tried(fields | {"look": own[0] - own[1]}, where, markers)
     direction, refused = _tried(fields, where, markers)

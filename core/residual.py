@@ -14,7 +14,6 @@ FAR_OFF = 2.0  # times its noise, from which a held-out error is that of somethi
 AHEAD = 1.5  # the same, from which what an effect leaves ahead shows a second one, or a better fit
 SHARE = 0.2  # of what is left, that a wider law must take: less may be what acts in time
 EVIDENCE = 20.0  # gain in BIC that it must bring
-LOUD = 0.05  # of the strongest mode, from which another one's size shows
 
 
 def parts(takes: tuple[Channels, ...], held: bool) -> list[np.ndarray]:
@@ -94,12 +93,6 @@ def motion_rms(takes: tuple[Channels, ...]) -> float:
             total += np.nansum((values[:, busy] - np.nanmean(values[:, busy], axis=0)) ** 2)
             count += int(use.sum())
     return float(np.sqrt(total / max(count, 1)))
-
-
-def loud(found: TimeFit) -> np.ndarray:
-    """(K,) bool: modes whose size shows."""
-    swings = np.array(found.swings)
-    return swings > LOUD * swings.max()
 
 
 def excess(found: TimeFit) -> float:

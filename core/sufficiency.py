@@ -6,7 +6,7 @@ from .effects.further_mode import is_further, ran_off
 from .foretold import doubt
 from .law import TRUST, TimeFit
 from .refit import without
-from .residual import AHEAD, NOISY, errors, excess, loud, misfit, noise_share, strays
+from .residual import AHEAD, NOISY, errors, excess, misfit, noise_share, strays
 from .time_layer import MATERIAL, Candidate, judge, refuted
 
 ENOUGH = 0.80  # share of the excess that one effect must take to be the explanation
@@ -22,6 +22,7 @@ CLEARLY_BOTH = 1.25  # the same of two effects, which bend themselves to more th
 TRIFLE, PART = 0.1, 0.25  # rms, of what was off before, that an explanation may leave: held, fitted
 WHOLE = 1.0  # error of a prediction that nothing moves
 BENT = 2.0 / TRUST  # of a mode's size, from which it is another body's: two standard deviations
+LOUD = 0.05  # of the strongest mode, from which another one's size shows
 
 
 def fails(declared: TimeFit) -> bool:
@@ -37,6 +38,12 @@ def bends_the_body(found: TimeFit) -> bool:
     on that is none of what was fitted, however little is left.
     """
     return bool((found.sizes_off[loud(found)] > BENT).any())
+
+
+def loud(found: TimeFit) -> np.ndarray:
+    """(K,) bool: modes whose size shows."""
+    swings = np.array(found.swings)
+    return swings > LOUD * swings.max()
 
 
 def owes(found: TimeFit, declared: TimeFit, clearly: float = CLEARLY) -> bool:

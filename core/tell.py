@@ -11,8 +11,8 @@ from .law import TimeFit
 from .match import ACROSS, likeness
 from .parameters import inflation, parameters
 from .report import estimate, estimate_of
-from .residual import Error, errors, loud, noise_share
-from .sufficiency import bends_the_body
+from .residual import Error, errors, noise_share
+from .sufficiency import bends_the_body, loud
 from .verdict import Verdict, probabilities, probability
 
 
