@@ -62,7 +62,7 @@ def cleared(found: TimeFit, take: int) -> Told | None:
     both = np.concatenate([u, (v / omega[0])[..., list(law.turning)]], axis=-1)  # (T, 1 or C, n)
     at = law.own * law.condition[law.fitted[take]]
     swings = (both * found.coefficients[:, at : at + law.own]).sum(axis=-1)
-    values = data.values - found.predicted[law.fitted[take]] + swings
+    values = found.missed(take) + swings
     on, use = ~data.support, fitted_instants(law, found.theta, data)[1]
     if np.isfinite(values[use][:, on]).all(axis=1).sum() < FEWEST:
         return None
@@ -100,7 +100,7 @@ def tells_all(found: TimeFit, take: int, told: Told) -> bool:
         for p, a in zip(poles(ring.frequency, ring.damping_ratio), ring.amplitude, strict=True)
     )
     left = ((told.values - swings - ring.offset) / data.sigma)[:, on] ** 2
-    rest = ((data.values - found.predicted[found.law.fitted[take]]) / data.sigma)[:, on] ** 2
+    rest = (found.missed(take) / data.sigma)[:, on] ** 2
     parts = [part for part in (data.fit, ~data.fit) if part.any()]
     loud = max(np.nanmean(rest[part]) for part in parts)
     least = max(QUIETLY, min(LOUDEST, 1 + LEFT * loud))

@@ -212,7 +212,7 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
     data: Channels = law.takes[index]
     on = ~data.support
     time, use = fitted_instants(law, found.theta, data)
-    left = (data.values - found.predicted[index])[use][:, on]
+    left = found.missed(take)[use][:, on]
     if np.isfinite(left).all(axis=1).sum() < FEWEST:
         return []
     for count in (MOST, MOST // 2):  # so many close together may hide one another

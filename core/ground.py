@@ -65,7 +65,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     shapes = np.vstack([final.shapes, *(one.shape for one in further)])
     size = np.abs(shapes).max(axis=1, keepdims=True)
     swing = np.array([*(u.std() for u in final.motions[0].T), *(one.swing for one in further)])
-    left = (data.values - final.predicted[final.law.fitted[0]])[data.fit]
+    left = final.missed(0)[data.fit]
     rest = SPILL * np.sqrt(np.nanmean(left**2, axis=0)) / np.maximum(swing[:, None], 1e-300)
     noise = data.sigma / np.maximum(swing[:, None], 1e-300) / np.sqrt(samples / 2)
     shape_error = np.sqrt(noise**2 + rest**2 + (SHAPE_FLOOR * size) ** 2)

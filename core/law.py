@@ -147,6 +147,11 @@ class TimeFit:
         a, b, _ = self.law.sizes()
         return split_inner(self.law, self.parameters[None, a + b :])
 
+    def missed(self, take: int) -> np.ndarray:
+        """(T, C) what the fitted take of that number has that the fit has not, in its unit."""
+        index = self.law.fitted[take]
+        return self.law.takes[index].values - self.predicted[index]
+
     def column_shapes(self, take: int = 0) -> list[np.ndarray]:
         """(C, q) of every effect, from fitted take number `take`; q may be 0."""
         law = self.law

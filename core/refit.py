@@ -38,11 +38,11 @@ def sunk(found: TimeFit, below: int) -> TimeFit:
 
 
 def _in_order(found: TimeFit, order: list[int], evaluations: int = MOVED) -> TimeFit:
-    law = _with_effects(found.law, tuple(found.law.effects[i] for i in order))
+    law = _made_of(found.law, tuple(found.law.effects[i] for i in order))
     return fit(law, _from(found, [found.theta[i][0] for i in order]), evaluations=evaluations)
 
 
-def _with_effects(law: Law, effects: tuple[Effect, ...]) -> Law:
+def _made_of(law: Law, effects: tuple[Effect, ...]) -> Law:
     """The law with other effects, whose forces feel nothing that one did which is gone."""
     gone = any(e.carries and e not in effects for e in law.effects)
     setting = replace(law.setting, carried=()) if gone else law.setting
@@ -62,7 +62,7 @@ def swapped(found: TimeFit, effect: Effect, thetas: list) -> tuple[Law, np.ndarr
 def put(found: TimeFit, i: int, effect: Effect, thetas: list) -> tuple[Law, np.ndarray]:
     """The law with another effect in the place of number `i`, and where to start from (S, p)."""
     effects = found.law.effects
-    law = _with_effects(found.law, (*effects[:i], effect, *effects[i + 1 :]))
+    law = _made_of(found.law, (*effects[:i], effect, *effects[i + 1 :]))
     own = [theta[0] for theta in found.theta]
     starts = [_from(found, [*own[:i], np.asarray(t, float), *own[i + 1 :]]) for t in thetas]
     return law, np.array(starts)

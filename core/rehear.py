@@ -65,7 +65,7 @@ def _with_one_more(heard: Heard, verdict: Verdict, diagnose) -> tuple[Heard, Ver
     if best is None or (quiet and verdict.verdict != "unexplained"):
         return heard, verdict
     for near in nearby(heard):
-        wider = _with_effects(near, best, heard)
+        wider = _with_the_mode(near, best, heard)
         own = near.declared.law
         left = excess(best)
         moves = partial(moves_its_way, wider, near.body, near.match.modes[-1])
@@ -90,7 +90,7 @@ def _is_better(again: Verdict, before: Verdict) -> bool:
     return (more or less) and not errors(again.final).held_out > errors(before.final).held_out
 
 
-def _with_effects(near: Heard, found: TimeFit, heard: Heard) -> TimeFit:
+def _with_the_mode(near: Heard, found: TimeFit, heard: Heard) -> TimeFit:
     """`found` with the further mode of `near`, from where it stands."""
     old, law, K = found.law, near.declared.law, found.law.modes
     known = {e.name for e in [*heard.declared.law.effects, *law.effects]}

@@ -19,7 +19,7 @@ def budget(found: TimeFit) -> dict[str, float]:
     """
     law = found.law
     data = law.takes[law.fitted[0]]
-    left = np.nan_to_num((data.values - found.predicted[law.fitted[0]]) / data.sigma)
+    left = np.nan_to_num(found.missed(0) / data.sigma)
     left = left[data.fit][:, ~data.support]
     total = float((left**2).sum())
     shares, taken = {}, np.zeros((len(left), 0))

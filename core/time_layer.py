@@ -90,9 +90,8 @@ def able(start: TimeFit, effects) -> list[Effect]:
 
 def entries(start: TimeFit, effects) -> list[Try]:
     """Searches for those that this recording can show, best promise first."""
-    index = start.law.fitted[0]
-    data = start.law.takes[index]
-    residual = (data.time[data.fit], (data.values - start.predicted[index])[data.fit])
+    data = start.law.takes[start.law.fitted[0]]
+    residual = (data.time[data.fit], start.missed(0)[data.fit])
     known = [(effect, begins_of(effect, start, residual)) for effect in able(start, effects)]
     known = [(effect, begins) for effect, begins in known if begins]
     promises = in_step_by_parts([partial(screen, start, *one) for one in known])

@@ -15,10 +15,10 @@ import numpy as np
 from .carried import carrying
 from .effects import TIME_EFFECTS
 from .effects.further_mode import ran_off
+from .jumps import jumps
 from .law import TimeFit
 from .outset import begin, outsets
 from .race import TELLS, Try, race, raced, unlike
-from .read_off import jumps
 from .refit import turned
 from .residual import AHEAD, NOISY, bic, strays
 from .side_by_side import in_step_by_parts

@@ -21,7 +21,7 @@ def rest_of(found: TimeFit) -> RingDown | None:
     if found.chi2 < QUIET * found.samples:
         return None
     data = found.law.takes[found.law.fitted[0]]
-    left, on = (data.values - found.predicted[found.law.fitted[0]])[data.fit], ~data.support
+    left, on = found.missed(0)[data.fit], ~data.support
     return invert(data.time[data.fit], left[:, on], noise=data.sigma[on], max_modes=6)
 
 

@@ -62,19 +62,17 @@ def is_a_mode(effect: Effect, theta: np.ndarray) -> bool:
 
 
 def heard_anew(effect: Effect, theta: np.ndarray) -> Effect:
-    """The mode, heard where a fit moved it to if that is the bound of its pitch; its damping keeps
-    the bound that it has.
-    """
-    if abs(theta[0]) < EDGE * STRAY:
-        return effect
-    damping_ratio = np.clip(theta[1], 2 * LIGHT, effect.high[1] / 2)
-    anew = further_mode(pitch_of(effect, theta), damping_ratio)
-    return replace(anew, channels=effect.channels, high=(STRAY, effect.high[1]))
+    """The mode, heard where a fit moved it to if that is the bound of its pitch."""
+    return effect if abs(theta[0]) < EDGE * STRAY else as_it_is(effect, theta)
 
 
 def as_it_is(effect: Effect, theta: np.ndarray) -> Effect:
-    """The mode, heard as a fit found it: it may move as far from there as from where it was."""
-    return replace(further_mode(pitch_of(effect, theta), theta[1]), channels=effect.channels)
+    """The mode, heard as a fit found it: its pitch may move as far from there as from where it was,
+    its damping keeps the bound that it has.
+    """
+    damping_ratio = np.clip(theta[1], 2 * LIGHT, effect.high[1] / 2)
+    anew = further_mode(pitch_of(effect, theta), damping_ratio)
+    return replace(anew, channels=effect.channels, high=(STRAY, effect.high[1]))
 
 
 def of_take(found, take: int) -> list[tuple[int, Effect, np.ndarray]]:

@@ -74,6 +74,6 @@ def test_one_more_mode_is_sought_from_where_the_found_fit_stands(monkeypatch):
     n = start.samples
     monkeypatch.setattr(rehear, "carrying", lambda found: found)
     monkeypatch.setattr(rehear, "best_fit", lambda law, starts, **_: misfits(law, starts, n))
-    sought = rehear._with_effects(near, found, heard)
+    sought = rehear._with_the_mode(near, found, heard)
     left = (found.residuals[: found.samples] ** 2).sum()
     assert sought.min() < 1.02 * left < 0.2 * (start.residuals[: start.samples] ** 2).sum()

@@ -35,23 +35,14 @@ from core.effects.base import FINE
 from core.effects.further_mode import further_mode
 from core.exchange import _put_in_hope, exchanged_alone
 from core.foils import weakens, weakens_rather
+from core.jumps import _left, _moved, _nearby, _with_jumps, jumps
 from core.law import bounds
 from core.linear_part import solve
 from core.match import Match
 from core.outset import begin, outsets
 from core.parameters import as_fitted, parameters
 from core.race import Try, begun, begun_all, ended, race, worth
-from core.read_off import (
-    _in_place,
-    _left,
-    _moved,
-    _nearby,
-    _with_jumps,
-    jumps,
-    read_anew,
-    read_off,
-    shared_motions,
-)
+from core.read_off import _in_place, read_anew, read_off, shared_motions
 from core.ready import to_their_end
 from core.refit import turned
 from core.residual import AHEAD, NOISY, strays
