@@ -19,7 +19,7 @@ ENOUGH = 12  # samples of a channel that an inversion needs
 FIRST = 3  # frames at most that have still seen the object held
 OFF, HELD = 3.0, 0.5  # noise, rms, that such a frame is off by; share of what is left that it makes
 NEXT = 8  # frames after it, that it is compared with
-BRIEF, BRIEFLY = 1.0, 0.6  # decay (nepers) in a frame of a pole that stands for it; without a swing
+BRIEF = 1.0  # decay (nepers) in a frame of a pole that stands for it
 PERIODS = 2.0  # of the lowest mode that a recording must hold
 
 
@@ -125,11 +125,17 @@ def _is_enough(data: Channels) -> bool:
 
 
 def _left(data: Channels, ring: RingDown) -> tuple[np.ndarray, np.ndarray]:
-    """Misfit, in noise squared, of each fitted frame to the swings that last, and its samples."""
+    """Misfit, in noise squared, of each fitted frame to the swings that last, and its samples.
+
+    Where the first frames stand still, a pole without a swing that dies in as many as may be held
+    tells them, and none of what moves.
+    """
     on = ~data.support
     pole = poles(ring.frequency, ring.damping_ratio)
-    dies = -pole.real * data.frame
-    lasting = dies < np.where(ring.damping_ratio > DEAD, BRIEFLY, BRIEF)
+    step = np.diff(data.values[:2][:, on], axis=0) / data.sigma[on]
+    stands = np.nansum(step**2) < OFF**2 * np.isfinite(step).sum()
+    briefly = BRIEF / FIRST if stands else BRIEF
+    lasting = -pole.real * data.frame < np.where(ring.damping_ratio > DEAD, briefly, BRIEF)
     phase = np.exp(np.outer(data.time - ring.t0, pole[lasting]))
     left = (data.values[:, on] - (phase @ ring.amplitude[lasting]).real - ring.offset)[data.fit]
     return np.nansum((left / data.sigma[on]) ** 2, axis=1), np.isfinite(left).sum(axis=1)

@@ -17,7 +17,7 @@ from .case import read_case
 from .data import Case, ElasticModel, Motion, TetMesh, replace
 from .diagnosis import diagnose
 from .effects import added_mass, mesh_stiffening
-from .elasticity import held_part
+from .elasticity import UNKNOWN, held_part
 from .examine import examine
 from .findings import Findings
 from .joint import Heard, hear, laid_bare
@@ -29,6 +29,7 @@ from .rehear import second_hearing
 from .residual import noise_share
 from .rim import along_rim
 from .ringdown import find_release
+from .seat import on_narrow_feet
 from .side_by_side import meanwhile
 from .signatures import budget
 from .stiffening import converged_eigenvalues, moved, stiffening
@@ -161,7 +162,10 @@ def _stiffening(mesh: TetMesh, body: Body) -> tuple[np.ndarray, np.ndarray]:
     if not take.loads:
         return stiff, sigma
     others = [laden(body.bare, take, body.carried, other) for other in doubted]
-    doubt = np.max([moved(body.model, modes, other) for other in others], axis=0)
+    doubts = [moved(body.model, modes, other) for other in others]
+    if body.seats == UNKNOWN:
+        doubts.append(on_narrow_feet(body, take.loads))
+    doubt = np.max(doubts, axis=0)
     return stiff, np.hypot(sigma, doubt)
 
 

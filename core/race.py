@@ -95,10 +95,13 @@ def begun(one: Try) -> Begun:
 
 
 def _shares(one: Try, most: float) -> list[float]:
-    """Of the record, up to `most`, that hold enough periods."""
+    """Of the record, up to `most`; the first ones long enough for a few periods, for what bends a
+    pitch far slips on more.
+    """
     setting = one.start.law.setting
     least = PERIODS * 2 * np.pi / (setting.omega[0] * setting.duration)
-    return [h for h in one.horizons if least < h <= most or h == 1.0 == most]
+    shares = dict.fromkeys(min(max(h, least), 1.0) for h in one.horizons)
+    return [h for h in shares if h <= most or h == 1.0 == most]
 
 
 def _places(one: Try) -> np.ndarray:

@@ -13,7 +13,7 @@ from scipy.linalg import eigh
 
 from .body import Body, build_body
 from .data import Modes, replace
-from .elasticity import PLAIN, UNKNOWN, Seat, load_operator
+from .elasticity import PLAIN, UNKNOWN, Seat, load_operator, lump_radius
 from .errors import DataError
 from .factorization import factorize
 from .match import match_modes, pursue, true_pitches
@@ -30,6 +30,8 @@ MOST = 0.1  # that a pitch counts as off, where none computed is near
 OFF = 0.001  # that pitches are off in the mean, less than which asks for no other seat
 TOLD = 0.005  # the same, more than which no seat is told: something else is the matter
 BETTER = 0.5  # of how far off they were, at most, that they are with another seat
+NARROW = 0.2  # of the radius of a ball of that mass: the narrowest foot that a load may have
+GIVES = 16 / (3 * np.pi**2)  # mean displacement under an evenly pressed disc, over (1 - ν²) F/(E r)
 
 
 def seated(ground: Recorded, rings: tuple) -> Recorded:
@@ -74,6 +76,24 @@ def told_by_pitches(off: dict[Seat, dict], laden: list[int]) -> tuple[Seat, ...]
     if least > TOLD or wrong[PLAIN] < max(OFF, least / BETTER):
         return None
     return tuple(s for k, s in enumerate(order) if k < 2 or wrong[s] < least + OFF)
+
+
+def on_narrow_feet(body: Body, loads: tuple) -> np.ndarray:
+    """|λ'/λ - 1| (m,) of the body's modes where each load stands on a foot too narrow for a mesh.
+
+    Under it the body gives way more, and a mass m on a give c swings further by ω² m c (Johnson,
+    3.4.2; Rayleigh's quotient to first order): little in low modes, much in high ones.
+    """
+    shapes = body.modes.shapes.reshape(-1, body.modes.shapes.shape[2])
+    square = (2 * np.pi * body.modes.frequency) ** 2
+    out = np.zeros(len(square))
+    for load in loads:
+        radius = lump_radius(load.mass)
+        spread = 1 / (NARROW * radius) - 1 / radius
+        give = GIVES * (1 - body.case.material.poisson_ratio**2) * spread  # m/N at 1 Pa
+        moved = load_operator(body.model, load, body.seats[0]) @ shapes  # (3, m)
+        out += load.mass * (moved**2).sum(axis=0) * square * load.mass * give
+    return out
 
 
 def _astray(gains: dict, told: dict) -> float:

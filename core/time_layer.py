@@ -193,30 +193,42 @@ def _tells_all(rub: Candidate, line: Candidate) -> bool:
 
 
 def _again(asked: list) -> list[list[Candidate]]:
-    """The candidates of each (candidates, tries, fit to compare with); the best one of all, or a
-    better one of its effect, sought anew.
+    """The candidates of each (candidates, tries, fit to compare with), best first; the best one of
+    all, and that which leaves least where it was fitted, or better ones of their effects, sought
+    anew: an effect that is nearly right tells little of what comes.
     """
-    out, tries = [ranked for ranked, _, _ in asked], []
-    least = min((ranked[0].found.chi2 for ranked in out if ranked), default=0.0)
-    for n, (ranked, chosen, _) in enumerate(asked):
-        best = ranked[0] if ranked else None
-        if best is None or best.found.chi2 > least or best.share < MOSTLY:
+    tries = []
+    for n, best in _nearest([ranked for ranked, _, _ in asked]):
+        if best.share < MOSTLY:
             continue
         if best.found.chi2 < NOISY * best.found.samples and not strays(best.found, AHEAD):
             continue
         effect = best.found.law.effects[-1]
-        for one in chosen:
+        for one in asked[n][1]:
             if one.effect is effect and effect.marched:
-                tries += [(n, other) for other in _anew(one)]
-    going, _ = worth(begun_all([one for _, one in tries]))
-    whose = {id(one): n for n, one in tries}
+                tries += [(n, best, other) for other in _anew(one)]
+    going, _ = worth(begun_all([one for _, _, one in tries]))
+    whose = {id(one): (n, best) for n, best, one in tries}
+    better = {}
     for one, found, plainer in _ended(going):
-        n = whose[id(one)]
-        best = out[n][0]
+        n, best = whose[id(one)]
         if found is not None and not plainer:
             other = judge(best.names, found, asked[n][2])
-            out[n] = [max(best, other, key=lambda c: c.evidence), *out[n][1:]]
-    return out
+            better[best] = max(better.get(best, best), other, key=lambda c: c.evidence)
+    return [
+        sorted((better.get(c, c) for c in ranked), key=lambda c: -c.evidence)
+        for ranked, _, _ in asked
+    ]
+
+
+def _nearest(some: list[list[Candidate]]) -> list[tuple[int, Candidate]]:
+    """Of lists of candidates, best first, the number of one and the best of its own: of the first
+    ones, and of all that no plainer one outdoes, that which leaves least.
+    """
+    firsts = [(n, ranked[0]) for n, ranked in enumerate(some) if ranked]
+    others = [(n, c) for n, ranked in enumerate(some) for c in ranked if not c.outdone]
+    least = [min(found, key=lambda one: one[1].found.chi2) for found in (firsts, others) if found]
+    return list(dict.fromkeys(least))
 
 
 def _anew(one: Try) -> list[Try]:

@@ -35,6 +35,33 @@ def test_a_search_begins_at_the_likeliest_places_of_each_strength(monkeypatch):
     assert begun_at(rub(), monkeypatch) == expected
 
 
+def test_the_first_share_of_a_short_record_holds_a_few_periods():
+    """A search that began on more of it would slip past what bends a pitch far."""
+
+    def shares(periods, most):
+        setting = SimpleNamespace(omega=np.array([2 * np.pi * periods]), duration=1.0)
+        start = SimpleNamespace(law=SimpleNamespace(setting=setting))
+        return race._shares(SimpleNamespace(start=start, horizons=race.HORIZONS), most)
+
+    assert shares(100.0, 1.0) == list(race.HORIZONS)
+    assert shares(10.0, race.HALF) == [race.PERIODS / 10, *race.HORIZONS[1:3]]
+    assert shares(3.0, race.HALF) == []
+    assert shares(3.0, 1.0) == [race.PERIODS / 3, *race.HORIZONS[3:]]
+    assert shares(1.0, 1.0) == [1.0]
+
+
+def test_the_best_one_is_sought_anew_and_what_leaves_least_where_it_was_fitted():
+    def one(chi2, outdone=False):
+        fit = SimpleNamespace(chi2=chi2)
+        return time_layer.Candidate(("rub",), fit, 0.0, 0.0, 0.0, outdone)
+
+    best, nearest, plainer, other = one(10.0), one(5.0), one(1.0, outdone=True), one(20.0)
+    assert time_layer._nearest([[best, nearest, plainer]]) == [(0, best), (0, nearest)]
+    assert time_layer._nearest([[other, nearest], [best], []]) == [(1, best), (0, nearest)]
+    assert time_layer._nearest([[nearest, best]]) == [(0, nearest)]
+    assert time_layer._nearest([[]]) == []
+
+
 def test_what_is_sought_anew_begins_everywhere_with_less_damping(monkeypatch):
     lighter = object()
     monkeypatch.setattr(time_layer, "lighter", lambda start: lighter)

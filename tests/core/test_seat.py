@@ -4,27 +4,31 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.linalg import block_diag, eigh
 
+from core import seat as seat_of_loads
 from core.body import build_body
-from core.data import Load, Material
-from core.elasticity import PLAIN, Seat, add_loads, assemble, hold_points
+from core.data import Load, Material, replace
+from core.elasticity import LUMP, PLAIN, Seat, add_loads, assemble, hold_points, load_operator
 from core.modes import solve_modes
 from core.pipeline import calibrate_case
-from core.seat import SEATS, on_seats, told_by_pitches
+from core.seat import SEATS, on_narrow_feet, on_seats, told_by_pitches
 from tests.core.solids import block
 from tests.truth import make
 
+POISSON = 0.45
 LOADS = (Load(0.03, np.array([0.06, 0.0, 0.08])), Load(0.01, np.array([0.03, 0.06, 0.08])))
 
 
 @pytest.fixture(scope="module")
 def body():
     """A squat block on its foot, loaded at a corner and in the middle of an edge."""
-    model = assemble(block((4, 4, 5), (0.06, 0.06, 0.08), jitter=0.1), Material(1000.0, 0.45))
+    stuff = Material(1000.0, POISSON)
+    model = assemble(block((4, 4, 5), (0.06, 0.06, 0.08), jitter=0.1), stuff)
     bare = hold_points(model, np.flatnonzero(model.points[:, 2] == 0))
     marker = SimpleNamespace(position=np.array([0.06, 0.06, 0.08]))
     take = SimpleNamespace(recording=SimpleNamespace(markers=[marker]), loads=LOADS, gravity=None)
-    return build_body(SimpleNamespace(takes=(take,)), bare, take)
+    return build_body(SimpleNamespace(takes=(take,), material=stuff), bare, take)
 
 
 def test_a_body_has_the_modes_on_each_seat_that_it_has_solved_in_full(body):
@@ -38,6 +42,27 @@ def test_a_body_has_the_modes_on_each_seat_that_it_has_solved_in_full(body):
         assert shapes.T @ (model.mass @ shapes) == pytest.approx(np.eye(count), abs=1e-9)
         held = np.repeat(model.pinned, 3)
         assert not shapes[held].any()
+
+
+def test_a_load_on_a_narrow_foot_lowers_a_pitch_as_one_on_a_spring_does(body):
+    """The exact pitch: a mass on a spring that gives as much more as the ground under the foot."""
+    light = tuple(replace(load, mass=0.3 * load.mass) for load in LOADS)
+    take = SimpleNamespace(**vars(body.case.takes[0]) | {"loads": light})
+    own = build_body(body.case, body.bare, take)
+    free = body.bare.free
+    K, M = (one[free][:, free].toarray() for one in (body.bare.stiffness, body.bare.mass))
+    for load in light:
+        radius = (3 * load.mass / (4 * np.pi * LUMP)) ** (1 / 3)
+        pressed = 0.54 * (1 - POISSON**2)  # Johnson, (3.30): of an even pressure on a disc
+        give = pressed * (1 / (seat_of_loads.NARROW * radius) - 1 / radius)
+        N = load_operator(body.bare, load, PLAIN)[:, free].toarray()
+        N = np.hstack([N, np.zeros((3, len(K) - N.shape[1])), -np.eye(3)])
+        K = block_diag(K, np.zeros((3, 3))) + N.T @ N / give
+        M = block_diag(M, load.mass * np.eye(3))
+    exact = eigh(K, M, eigvals_only=True, subset_by_index=[0, 2])
+    shift = 1 - exact / (2 * np.pi * own.modes.frequency[:3]) ** 2
+    assert shift == pytest.approx(on_narrow_feet(own, light)[:3], rel=0.15)
+    assert shift.max() > 0.005
 
 
 def told(off):
