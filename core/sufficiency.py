@@ -92,8 +92,7 @@ def sufficient(candidate: Candidate, enough: float, *, nearly: bool = False) -> 
     """
     if bends_the_body(candidate.found):
         return False
-    _, count = misfit(candidate.found.law.takes, candidate.found.predicted, False)
-    takes = candidate.found.chi2 < NOISY * count
+    takes = candidate.found.chi2 < NOISY * candidate.found.samples
     found = candidate.found.law.effects[-len(candidate.names) :]
     takes |= candidate.share >= (ALL if all(e.free for e in found) else enough)
     if nearly:

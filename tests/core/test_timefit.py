@@ -1247,6 +1247,19 @@ def test_what_is_held_out_and_five_times_the_noise_away_is_not_explained(off, is
     assert sufficient(nearly_all, ENOUGH, nearly=True)
 
 
+def test_a_frame_lost_late_is_the_explanation_however_many_markers_the_support_has():
+    """What they stand still by is in the fit's misfit and in nothing that is to be explained."""
+    values = np.delete(moved(shape=SHAPE * [1, 1, 0, 0]), len(TIME) * 5 // 6, axis=0)
+    still = np.array([False, False, True, True])
+    data = replace(channels(values, time=TIME[:-1]), support=still)
+    start = declared(data)
+    (lost,) = jumps(start)
+    law, p = extend(start, (lost,), [()])
+    told = judge(("lost_frames",), fit(law, p), start)
+    assert np.isnan(told.share) and told.held_share > 0.9
+    assert sufficient(told, ENOUGH)
+
+
 def test_what_creeps_after_a_release_from_the_other_side_creeps_the_other_way():
     creep = 0.3 * AMPLITUDE * np.outer(np.exp(-TIME / 0.8), SHAPE)
     other = channels(-0.7 * (moved(seed=3) + creep))
