@@ -79,14 +79,17 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         moduli=dict.fromkeys(heard.match.modes, sag_span(ground, ground.base)),
     )
     doubt = _doubt(verdict)
-    if _chance(ground.base, ground.measured) > DOUBT and not _moves_otherwise(verdict, ground):
+    turned = not heard.body.carried and weighs(heard, verdict.final, ground.base.modulus) > EVIDENCE
+    otherwise = turned or _moves_otherwise(verdict, ground)
+    if _chance(ground.base, ground.measured) > DOUBT and not otherwise:
         return _unless_strange(plain, verdict, ground)
     ranked = _weighed(suspects(ground, _no_suspects(heard.body)), heard, verdict)
     # what acts in time may have bent the shapes beyond knowing which mode is which
     known_apart = not any(e.marched for e in verdict.final.law.effects)
     known_apart = known_apart or _alike(ground.base.modes, heard)
     plain, ground, ranked = _as_declared(plain, ground, ranked, heard, stiff)
-    chance, otherwise = _chance(ground.base, ground.measured), _moves_otherwise(verdict, ground)
+    chance = _chance(ground.base, ground.measured)
+    otherwise = turned or _moves_otherwise(verdict, ground)
     if chance > DOUBT and not otherwise:
         return plain
     able = [s for s in ranked if _is_able(s, ground)]

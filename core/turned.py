@@ -12,7 +12,7 @@ from .joint import Heard
 from .law import TimeFit
 from .parameters import inflation
 
-FLOOR = 0.003  # relative error of a shift of pitch that no fit sees
+FLOOR = 0.001  # relative error of a shift of one body's pitch that no fit sees
 UNSURE = 0.1  # of a computed shift
 
 

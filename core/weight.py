@@ -21,6 +21,7 @@ from .joint import Heard
 
 SAME = 0.003  # relative: a modulus that changes by less is found
 ROUNDS = 5
+SOFTER, MOST = 0.5, 4  # times, tried where no modulus gives the pitch in a shape; so often at most
 LEAST = 0.05  # of a mode's stiffness is elastic, for its pitch to tell a modulus
 STIFFER = 1.3  # times: a body that would buckle under its weight is at least so much stiffer
 TRIES = 30  # a body that does not stand even then has another fault, which its refusal tells
@@ -51,12 +52,15 @@ def with_weight(body: Body, hear: Callable[[Body], Heard]) -> Heard:
     the body without its weight where no modulus gives the pitch that was heard.
     """
     weight = weight_stiffness(body.model, body.case.takes[0].gravity)
-    plain = heard = hear(body)
-    for _ in range(ROUNDS):
-        modulus = _modulus(body, weight, heard)
-        if modulus is None:
-            return plain
-        known = heard.body.carried
+    plain, halvings = hear(body), 0
+    heard = plain
+    for _ in range(ROUNDS + MOST):
+        modulus, known = _modulus(body, weight, heard), heard.body.carried
+        if modulus is None:  # a stiffer body's shapes may hold more of the weight's stiffness
+            modulus = SOFTER * known if known else _modulus(body, 0 * weight, heard)
+            if modulus is None or halvings == MOST:
+                return plain
+            halvings += 1
         if known and abs(np.log(modulus / known)) < SAME:
             break
         heard = hear(_standing(body, modulus, heard.body.seats))
@@ -64,14 +68,24 @@ def with_weight(body: Body, hear: Callable[[Body], Heard]) -> Heard:
 
 
 def _modulus(body: Body, weight, heard: Heard) -> float | None:
-    """Pa with which the mode that was heard first has its pitch, moving as it does now."""
-    mode = heard.match.modes[0]
-    if mode is None:
+    """Pa with which the modes that were heard have their pitches, moving as they do now: what most
+    of them say, for one that something else moves is no guide.
+    """
+    modes = heard.match.modes
+    if None in modes:
         return None
-    shape = heard.body.modes.shapes[:, :, mode].ravel()
-    elastic, heavy = shape @ (body.model.stiffness @ shape), shape @ (weight @ shape)
-    modulus = ((2 * np.pi * heard.free.frequency[0]) ** 2 - heavy) / elastic
-    return float(modulus) if modulus > 0 else None
+    x = heard.body.modes.shapes.reshape(-1, heard.body.modes.shapes.shape[2])[:, list(modes)]
+    elastic, heavy = (
+        np.einsum("pk,pk->k", x, matrix @ x) for matrix in (body.model.stiffness, weight)
+    )
+    square = (2 * np.pi * heard.free.frequency[: len(modes)]) ** 2
+    share, modulus = 1 - heavy / square, (square - heavy) / elastic
+    known = share > 0
+    if not known.any():
+        return None
+    order = np.argsort(modulus[known])
+    told = np.cumsum(share[known][order])  # the less elastic, the farther off it may be
+    return float(modulus[known][order][np.searchsorted(told, told[-1] / 2)])
 
 
 def elastic_share(body: Body) -> np.ndarray:
