@@ -11,6 +11,7 @@ from core.body import Body, build_body
 from core.data import Material
 from core.elasticity import assemble, hold_points
 from core.errors import DataError
+from core.examine import EVIDENCE
 from core.turned import weighs
 from core.weight import (
     Tells,
@@ -101,6 +102,12 @@ def test_a_strip_turned_over_tells_its_weight_from_what_rings_alike_both_ways(tu
         return
     assert weighs(heard, weighty, 1e5) > 50
     assert weighs(heard, alike, 1e5) < -50
+    stiff = [
+        build_body(hanging.case, hanging.bare, one, 4e7).modes.frequency[:2]
+        for one in hanging.case.takes
+    ]
+    assert 0.003 < abs(np.log(stiff[1] / stiff[0])[0]) < 0.006  # so little is clear all the same
+    assert weighs(heard, found(*stiff), 4e7) > EVIDENCE
 
 
 def tells(share, stiff=0.0, *, young=YOUNG, carried=YOUNG, stiff_sigma=0.0):
