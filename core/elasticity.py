@@ -173,6 +173,13 @@ def lump_radius(mass: float) -> float:
     return (3 * mass / (4 * np.pi * LUMP)) ** (1 / 3)
 
 
+def buried(model: ElasticModel, positions: np.ndarray, radius: float) -> np.ndarray:
+    """(n,) bool: which places (n, 3) m lie deeper inside than `radius` (m)."""
+    nodes, tets = model.mesh.nodes, model.mesh.tets
+    depth = nearest_face(positions, nodes, boundary(model.mesh).corners)[2]
+    return (locate(positions, nodes, tets)[0] >= 0) & (depth > radius)
+
+
 def lump_operator(
     model: ElasticModel, positions: np.ndarray, radius: float, *, over_foot: bool = True
 ) -> sparse.csr_matrix:
@@ -184,7 +191,7 @@ def lump_operator(
     """
     x = np.asarray(positions, float).reshape(-1, 3)
     skin = boundary(model.mesh)
-    face, weights, depth = nearest_face(x, model.mesh.nodes, skin.corners)
+    face, weights, _ = nearest_face(x, model.mesh.nodes, skin.corners)
     foot = np.einsum("nk,nki->ni", weights, model.mesh.nodes[skin.corners[face]])
     on, _, areas = surface_quadrature(model)
     places = (on @ model.points.ravel()).reshape(-1, 3)
@@ -195,8 +202,7 @@ def lump_operator(
     turn = patch_means(skin, face, foot) @ rotation_operator(model, skin)
     lever = cross_blocks(-(x - (share @ places if over_foot else foot))) @ turn
     operator = each_axis(sparse.csr_matrix(share)) @ on + lever
-    inside = (locate(x, model.mesh.nodes, model.mesh.tets)[0] >= 0) & (depth > radius)
-    keep = sparse.diags(np.repeat(inside.astype(float), 3))
+    keep = sparse.diags(np.repeat(buried(model, x, radius).astype(float), 3))
     return ((operator - keep @ operator) + keep @ point_operator(model, x)).tocsr()
 
 

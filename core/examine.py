@@ -9,7 +9,7 @@ from .body import Body
 from .body_error import SHOWN, body_error, leaves, mends, misleads
 from .camera_layer import camera_effects
 from .compare import PIECES, Hypothesis, Measured
-from .effects import added_mass
+from .effects import MODAL_EFFECTS, added_mass, gravity_preload
 from .findings import Findings
 from .ground import Ground, ground_of, moved
 from .joint import Heard
@@ -20,7 +20,7 @@ from .residual import FAR_OFF, Error, errors, strays
 from .stranger import strangers, told
 from .sufficiency import ASTRAY, CLEARLY, gained
 from .tell_change import mesh_pitches, modulus_spans, ranking, sag_lines, sag_span, told_change
-from .turned import weighs
+from .turned import turned, weighs
 from .twins import creeps, softer
 from .unmatched import ADDED, acts
 from .verdict import Verdict
@@ -79,17 +79,17 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         moduli=dict.fromkeys(heard.match.modes, sag_span(ground, ground.base)),
     )
     doubt = _doubt(verdict)
-    turned = not heard.body.carried and weighs(heard, verdict.final, ground.base.modulus) > EVIDENCE
-    otherwise = turned or _moves_otherwise(verdict, ground)
-    if _chance(ground.base, ground.measured) > DOUBT and not otherwise:
+    if _chance(ground.base, ground.measured) > DOUBT and not _moves_otherwise(verdict, ground):
+        weight = _turned_over(ground, heard, verdict)
+        if weight:
+            return _changed(plain, ground, verdict, weight, heard, stiff)
         return _unless_strange(plain, verdict, ground)
     ranked = _weighed(suspects(ground, _no_suspects(heard.body)), heard, verdict)
     # what acts in time may have bent the shapes beyond knowing which mode is which
     known_apart = not any(e.marched for e in verdict.final.law.effects)
     known_apart = known_apart or _alike(ground.base.modes, heard)
     plain, ground, ranked = _as_declared(plain, ground, ranked, heard, stiff)
-    chance = _chance(ground.base, ground.measured)
-    otherwise = turned or _moves_otherwise(verdict, ground)
+    chance, otherwise = _chance(ground.base, ground.measured), _moves_otherwise(verdict, ground)
     if chance > DOUBT and not otherwise:
         return plain
     able = [s for s in ranked if _is_able(s, ground)]
@@ -270,6 +270,18 @@ def _weighed(ranked: list[Suspect], heard: Heard, verdict: Verdict) -> list[Susp
         for s in ranked
     ]
     return sorted(out, key=lambda s: -s.evidence)
+
+
+def _turned_over(ground: Ground, heard: Heard, verdict: Verdict) -> list[Suspect]:
+    """The body's own weight, where the takes of an object turned over show it by themselves,
+    however well one take's pitches fit without.
+    """
+    weight = gravity_preload.EFFECT.name
+    known = [*_no_suspects(heard.body), *heard.body.case.declared]
+    if weight in known or not turned(heard, verdict.final):
+        return []
+    others = [effect.name for effect in MODAL_EFFECTS if effect.name != weight]
+    return [s for s in _weighed(suspects(ground, others), heard, verdict) if s.evidence > EVIDENCE]
 
 
 def _chance(body: Hypothesis, measured: Measured) -> float:

@@ -30,7 +30,7 @@ def more_modes(declared: TimeFit, strong: list[Candidate]) -> bool:
         data = declared.law.takes[index]
         on = ~data.support
         left, other = (
-            (data.values - fit.predicted[index])[data.fit][:, on]
+            fit.missed(take)[data.fit][:, on]
             for fit in (declared, strong[0].found if strong else declared)
         )
         count = np.isfinite(left).sum()

@@ -99,13 +99,13 @@ def _all_free(data: Channels) -> tuple[Channels, RingDown]:
     """
     later = _without(data, 1)
     with meanwhile(partial(_inverted, later)) as inverted:
-        ring = _inverted(data)
-        left, seen = _left(data, ring)
+        ring, brief = _inverted(data), _brief(data)
+        left, seen = _left(data, ring, brief)
         for _ in range(FIRST):
             if left.sum() - seen.sum() < (OFF**2 - 1) * seen[0] or not _is_enough(later):
                 break
             other = inverted()
-            less, fewer = _left(later, other)
+            less, fewer = _left(later, other, brief)
             gain, samples = left.sum() - less.sum(), seen.sum() - fewer.sum()
             # what acts in time leaves much, but no more in the first frame than in the next ones
             usual = max(less[:NEXT].sum() / max(fewer[:NEXT].sum(), 1), 1.0) * samples
@@ -124,18 +124,21 @@ def _is_enough(data: Channels) -> bool:
     return len(seen) > 0 and seen.min() >= ENOUGH
 
 
-def _left(data: Channels, ring: RingDown) -> tuple[np.ndarray, np.ndarray]:
-    """Misfit, in noise squared, of each fitted frame to the swings that last, and its samples.
-
-    Where the first frames stand still, a pole without a swing that dies in as many as may be held
-    tells them, and none of what moves.
+def _brief(data: Channels) -> float:
+    """Decay (nepers) in a frame of a pole without a swing that tells held frames: where nothing
+    moves from the first to the second, one that dies in as many as may be held.
     """
     on = ~data.support
-    pole = poles(ring.frequency, ring.damping_ratio)
     step = np.diff(data.values[:2][:, on], axis=0) / data.sigma[on]
     stands = np.nansum(step**2) < OFF**2 * np.isfinite(step).sum()
-    briefly = BRIEF / FIRST if stands else BRIEF
-    lasting = -pole.real * data.frame < np.where(ring.damping_ratio > DEAD, briefly, BRIEF)
+    return BRIEF / FIRST if stands else BRIEF
+
+
+def _left(data: Channels, ring: RingDown, brief: float) -> tuple[np.ndarray, np.ndarray]:
+    """Misfit, in noise squared, of each fitted frame to the swings that last, and its samples."""
+    on = ~data.support
+    pole = poles(ring.frequency, ring.damping_ratio)
+    lasting = -pole.real * data.frame < np.where(ring.damping_ratio > DEAD, brief, BRIEF)
     phase = np.exp(np.outer(data.time - ring.t0, pole[lasting]))
     left = (data.values[:, on] - (phase @ ring.amplitude[lasting]).real - ring.offset)[data.fit]
     return np.nansum((left / data.sigma[on]) ** 2, axis=1), np.isfinite(left).sum(axis=1)

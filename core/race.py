@@ -24,6 +24,7 @@ HALF = 0.5  # share of the record up to which all go
 HORIZONS = (0.15, 0.3, HALF, 0.7, 1.0)  # shares of the fitted part: a phase must not slip
 APART = 8  # places on the body, the reference first, then those that are farthest apart
 PERIODS = 2.0  # of the first mode that a share must hold
+MORE = 1.3  # times as much as another share, that one holds which is worth a look of its own
 WORTH = 0.6  # of the best one's gain by half of the record
 TELLS = 0.4  # share, by then, of all that two effects must tell: one of them may show later
 LEAST = 0.02  # of the misfit beyond noise there, that it gains
@@ -95,13 +96,15 @@ def begun(one: Try) -> Begun:
 
 
 def _shares(one: Try, most: float) -> list[float]:
-    """Of the record, up to `most`; the first ones long enough for a few periods, for what bends a
-    pitch far slips on more.
+    """Of the record, up to `most`, of a few periods at least; such a few, where the next share
+    holds far more, for what bends a pitch far slips on that.
     """
     setting = one.start.law.setting
-    least = PERIODS * 2 * np.pi / (setting.omega[0] * setting.duration)
-    shares = dict.fromkeys(min(max(h, least), 1.0) for h in one.horizons)
-    return [h for h in shares if h <= most or h == 1.0 == most]
+    least = min(PERIODS * 2 * np.pi / (setting.omega[0] * setting.duration), 1.0)
+    shares = [h for h in one.horizons if h >= least]
+    if one.horizons[0] < least < shares[0] / MORE:
+        shares = [least, *shares]
+    return [h for h in shares if h <= most]
 
 
 def _places(one: Try) -> np.ndarray:
@@ -131,7 +134,7 @@ def ended(one: Try, begun: Begun, anew: bool = True) -> TimeFit | None:
     astray, from its begin in fine ones, or None if it is not to begin `anew`.
     """
     effect = one.effect
-    rest = [h for h in one.horizons if h > HALF] if effect.marched else (1.0,)
+    rest = [h for h in _shares(one, 1.0) if h > HALF] if effect.marched else (1.0,)
     marched = any(e.marched for e in one.law.effects)
     looks = LOOKS if marched else CHEAP - GLANCES
     close = (CLOSELY if effect.marched else LOOSELY, CLOSE) if marched else (CLOSELY, 0.0)

@@ -9,11 +9,12 @@ Source      Johnson, Contact Mechanics, ch. 3; Craig and Kurdila, Fundamentals o
 """
 
 import numpy as np
-from scipy.linalg import eigh
+from scipy.linalg import block_diag, eigh
+from scipy.optimize import linear_sum_assignment
 
 from .body import Body, build_body
 from .data import Modes, replace
-from .elasticity import PLAIN, UNKNOWN, Seat, load_operator, lump_radius
+from .elasticity import PLAIN, UNKNOWN, Seat, buried, load_operator, lump_radius
 from .errors import DataError
 from .factorization import factorize
 from .match import match_modes, pursue, true_pitches
@@ -31,7 +32,7 @@ OFF = 0.001  # that pitches are off in the mean, less than which asks for no oth
 TOLD = 0.005  # the same, more than which no seat is told: something else is the matter
 BETTER = 0.5  # of how far off they were, at most, that they are with another seat
 NARROW = 0.2  # of the radius of a ball of that mass: the narrowest foot that a load may have
-GIVES = 16 / (3 * np.pi**2)  # mean displacement under an evenly pressed disc, over (1 - ν²) F/(E r)
+GIVES = 16 / (3 * np.pi**2)  # mean displacement under an even load on a disc, over F/(E r)
 
 
 def seated(ground: Recorded, rings: tuple) -> Recorded:
@@ -81,19 +82,28 @@ def told_by_pitches(off: dict[Seat, dict], laden: list[int]) -> tuple[Seat, ...]
 def on_narrow_feet(body: Body, loads: tuple) -> np.ndarray:
     """|λ'/λ - 1| (m,) of the body's modes where each load stands on a foot too narrow for a mesh.
 
-    Under it the body gives way more, and a mass m on a give c swings further by ω² m c (Johnson,
-    3.4.2; Rayleigh's quotient to first order): little in low modes, much in high ones.
+    Under it the body gives way more, as a spring would: (1 + ν)(1 - ν/2) F/(E r) sideways, less
+    along the normal (Johnson, 3.4 and 3.6, the mean over a disc). How it rocks there is left out,
+    and what lies deep inside stands on no foot.
     """
     shapes = body.modes.shapes.reshape(-1, body.modes.shapes.shape[2])
     square = (2 * np.pi * body.modes.frequency) ** 2
-    out = np.zeros(len(square))
+    count, nu = len(square), body.case.material.poisson_ratio
+    K, M, own = np.diag(square), np.eye(count), np.eye(count)
     for load in loads:
         radius = lump_radius(load.mass)
-        spread = 1 / (NARROW * radius) - 1 / radius
-        give = GIVES * (1 - body.case.material.poisson_ratio**2) * spread  # m/N at 1 Pa
+        if buried(body.model, load.position[None], radius)[0]:
+            continue
+        give = GIVES * (1 + nu) * (1 - nu / 2) * (1 / (NARROW * radius) - 1 / radius)  # m/N at 1 Pa
         moved = load_operator(body.model, load, body.seats[0]) @ shapes  # (3, m)
-        out += load.mass * (moved**2).sum(axis=0) * square * load.mass * give
-    return out
+        M[:count, :count] -= load.mass * moved.T @ moved
+        stretch = np.hstack([moved, np.zeros((3, len(K) - count)), -np.eye(3)])
+        K = block_diag(K, np.zeros((3, 3))) + stretch.T @ stretch / give
+        M = block_diag(M, load.mass * np.eye(3))
+        own = np.vstack([own, moved])
+    found, turn = eigh(K, M)
+    modes, others = linear_sum_assignment(-((own.T @ M @ turn) ** 2))
+    return np.abs(found[others] / square[modes] - 1)
 
 
 def _astray(gains: dict, told: dict) -> float:

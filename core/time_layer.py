@@ -207,18 +207,17 @@ def _again(asked: list) -> list[list[Candidate]]:
         for one in asked[n][1]:
             if one.effect is effect and effect.marched:
                 tries += [(n, best, other) for other in _anew(one)]
-    going, _ = worth(begun_all([one for _, _, one in tries]))
+    stand = begun_all([one for _, _, one in tries])
     whose = {id(one): (n, best) for n, best, one in tries}
-    better = {}
+    going, better = [], {}
+    for each in dict.fromkeys(best for _, best, _ in tries):
+        going += worth([pair for pair in stand if whose[id(pair[0])][1] is each])[0]
     for one, found, plainer in _ended(going):
         n, best = whose[id(one)]
         if found is not None and not plainer:
             other = judge(best.names, found, asked[n][2])
             better[best] = max(better.get(best, best), other, key=lambda c: c.evidence)
-    return [
-        sorted((better.get(c, c) for c in ranked), key=lambda c: -c.evidence)
-        for ranked, _, _ in asked
-    ]
+    return [_ranked({c.names: better.get(c, c) for c in ranked}) for ranked, _, _ in asked]
 
 
 def _nearest(some: list[list[Candidate]]) -> list[tuple[int, Candidate]]:

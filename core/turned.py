@@ -12,7 +12,7 @@ from .joint import Heard
 from .law import TimeFit
 from .parameters import inflation
 
-FLOOR = 0.001  # relative error of a shift of one body's pitch that no fit sees
+FLOOR = 0.001  # relative error of a shift of pitch that no fit sees: a warmer room, another hold
 UNSURE = 0.1  # of a computed shift
 
 
@@ -22,12 +22,8 @@ def weighs(heard: Heard, found: TimeFit, modulus: float) -> float:
     """
     law, takes = found.law, heard.body.case.takes
     first, K = law.fitted[0], law.modes
-    seen = {}
-    for i in law.fitted:
-        if law.pitch[i] != law.pitch[first] and _is_turned(takes[i], takes[first]):
-            seen.setdefault(law.pitch[i], i)
     gain, own = 0.0, slice(2 * K * law.pitch[first], 2 * K * law.pitch[first] + K)
-    for pitch, i in seen.items():
+    for pitch, i in turned(heard, found).items():
         other = slice(2 * K * pitch, 2 * K * pitch + K)
         shift = found.parameters[other] - found.parameters[own]
         spread = np.diag(found.covariance)
@@ -38,6 +34,18 @@ def weighs(heard: Heard, found: TimeFit, modulus: float) -> float:
         error = error + (UNSURE * foretold) ** 2
         gain += float(((shift**2 - (shift - foretold) ** 2) / error).sum())
     return gain
+
+
+def turned(heard: Heard, found: TimeFit) -> dict[int, int]:
+    """Of the fitted takes that show the object another way up than the first does, the first one
+    of each set of pitches: its number, by that of the set.
+    """
+    law, takes, first = found.law, heard.body.case.takes, found.law.fitted[0]
+    seen = {}
+    for i in law.fitted:
+        if law.pitch[i] != law.pitch[first] and _is_turned(takes[i], takes[first]):
+            seen.setdefault(law.pitch[i], i)
+    return seen
 
 
 def _is_turned(one: Take, other: Take) -> bool:

@@ -2,7 +2,8 @@
 
 Law         w^2 = Y k + g, k the elastic and g the weight's stiffness in a mode's shape. What a
             pitch or the mesh is off by moves Y the more the less of the stiffness is elastic, so
-            all modes tell Y together, each by the square of its elastic share q = Y k / w^2
+            all modes tell Y together, each by the square of its elastic share q = Y k / w^2; with
+            what modulus the weight is carried, the median of them says, weighted by q
 Source      Rayleigh, The Theory of Sound, vol. 1, 88: a shape that is a little off is off in the
             second order, so that the modulus converges with the shape
 """
@@ -13,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .body import Body, build_body
+from .camera_layer import true_frequency
 from .dac import SURE, blended
 from .data import Estimate
 from .effects.gravity_preload import EFFECT, weight_stiffness
@@ -21,7 +23,7 @@ from .joint import Heard
 
 SAME = 0.003  # relative: a modulus that changes by less is found
 ROUNDS = 5
-SOFTER, MOST = 0.5, 4  # times, tried where no modulus gives the pitch in a shape; so often at most
+SOFTER, MOST = 0.5, 6  # times, tried where no modulus gives the pitch in a shape; so often at most
 LEAST = 0.05  # of a mode's stiffness is elastic, for its pitch to tell a modulus
 STIFFER = 1.3  # times: a body that would buckle under its weight is at least so much stiffer
 TRIES = 30  # a body that does not stand even then has another fault, which its refusal tells
@@ -49,18 +51,21 @@ def with_weight(body: Body, hear: Callable[[Body], Heard]) -> Heard:
 
     The weight's stress does not depend on Young's modulus and the elastic stiffness does, so how
     much the one counts is known only with the modulus that the recording gives. What is heard of
-    the body without its weight where no modulus gives the pitch that was heard.
+    the body without its weight where no modulus gives any of the pitches that were heard, or none
+    of its modes is like what was heard first.
     """
     weight = weight_stiffness(body.model, body.case.takes[0].gravity)
     plain, halvings = hear(body), 0
     heard = plain
     for _ in range(ROUNDS + MOST):
         modulus, known = _modulus(body, weight, heard), heard.body.carried
-        if modulus is None:  # a stiffer body's shapes may hold more of the weight's stiffness
-            modulus = SOFTER * known if known else _modulus(body, 0 * weight, heard)
-            if modulus is None or halvings == MOST:
-                return plain
-            halvings += 1
+        # a stiffer body's shapes may hold more of the weight's stiffness than the pitches have
+        if modulus is None and known is None:
+            modulus = _modulus(body, 0 * weight, heard)
+        elif modulus is None and halvings < MOST:
+            modulus, halvings = SOFTER * known, halvings + 1
+        if modulus is None:
+            return plain
         if known and abs(np.log(modulus / known)) < SAME:
             break
         heard = hear(_standing(body, modulus, heard.body.seats))
@@ -78,7 +83,7 @@ def _modulus(body: Body, weight, heard: Heard) -> float | None:
     elastic, heavy = (
         np.einsum("pk,pk->k", x, matrix @ x) for matrix in (body.model.stiffness, weight)
     )
-    square = (2 * np.pi * heard.free.frequency[: len(modes)]) ** 2
+    square = (2 * np.pi * true_frequency(heard, heard.free)) ** 2
     share, modulus = 1 - heavy / square, (square - heavy) / elastic
     known = share > 0
     if not known.any():

@@ -67,8 +67,8 @@ def heard_anew(effect: Effect, theta: np.ndarray) -> Effect:
 
 
 def as_it_is(effect: Effect, theta: np.ndarray) -> Effect:
-    """The mode, heard as a fit found it: its pitch may move as far from there as from where it was,
-    its damping keeps the bound that it has.
+    """The mode, heard as a fit found it, but damped by half of its bound at most: its pitch may
+    move as far from there as from where it was, its damping keeps the bound that it has.
     """
     damping_ratio = np.clip(theta[1], 2 * LIGHT, effect.high[1] / 2)
     anew = further_mode(pitch_of(effect, theta), damping_ratio)

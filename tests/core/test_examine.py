@@ -8,8 +8,17 @@ import pytest
 
 from core import examine, modulus
 from core.compare import Measured, compare
-from core.effects import added_mass, compliant_pin, graded_stiffness
-from core.examine import DOUBT, _as_declared, _in_time, _is_able, _mends_all, _unsure
+from core.effects import added_mass, compliant_pin, graded_stiffness, gravity_preload
+from core.examine import (
+    DOUBT,
+    EVIDENCE,
+    _as_declared,
+    _in_time,
+    _is_able,
+    _mends_all,
+    _turned_over,
+    _unsure,
+)
 from core.findings import Findings
 from core.ground import Ground
 from core.modal_layer import Suspect
@@ -180,3 +189,30 @@ def test_a_mass_that_is_more_than_the_bodys_own_is_told(mass, said):
     ]
     assert bool(added_mass.told(effects, 0.4)) is said
     assert not added_mass.told(effects[:1], 0.4)
+
+
+def test_takes_turned_over_tell_of_the_weight_alone(monkeypatch):
+    """Clear as another change of the body may be: nothing was the matter without them."""
+    _, base = looked_at(PITCH)
+    some = [suspect(base, 50.0), suspect(base, -5.0, gravity_preload.EFFECT)]
+    case = SimpleNamespace(declared=(), takes=[SimpleNamespace(loads=())])
+    heard = SimpleNamespace(body=SimpleNamespace(carried=None, case=case))
+    gain, seen = EVIDENCE, {1: 1}
+    monkeypatch.setattr(
+        examine, "suspects", lambda _, names: [s for s in some if s.effect.name not in names]
+    )
+    monkeypatch.setattr(examine, "weighs", lambda *_: gain)
+    monkeypatch.setattr(examine, "turned", lambda *_: seen)
+
+    def told():
+        return [s.effect.name for s in _turned_over(None, heard, SimpleNamespace(final=None))]
+
+    assert told() == []
+    gain = EVIDENCE + 10
+    assert told() == ["gravity_preload"]
+    seen = {}
+    assert told() == []
+    seen, heard.body.carried = {1: 1}, 1e4
+    assert told() == []
+    heard.body.carried, case.declared = None, ("gravity_preload",)
+    assert told() == []
