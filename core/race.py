@@ -96,13 +96,13 @@ def begun(one: Try) -> Begun:
 
 
 def _shares(one: Try, most: float) -> list[float]:
-    """Of the record, up to `most`, of a few periods at least; such a few, where the next share
-    holds far more, for what bends a pitch far slips on that.
+    """Of the record, up to `most`, of a few periods at least; of a search from all places just so
+    few first, where the next share holds far more: what bends a pitch far slips on that.
     """
     setting = one.start.law.setting
     least = min(PERIODS * 2 * np.pi / (setting.omega[0] * setting.duration), 1.0)
     shares = [h for h in one.horizons if h >= least]
-    if one.horizons[0] < least < shares[0] / MORE:
+    if one.every and one.horizons[0] < least < shares[0] / MORE:
         shares = [least, *shares]
     return [h for h in shares if h <= most]
 
@@ -134,7 +134,7 @@ def ended(one: Try, begun: Begun, anew: bool = True) -> TimeFit | None:
     astray, from its begin in fine ones, or None if it is not to begin `anew`.
     """
     effect = one.effect
-    rest = [h for h in _shares(one, 1.0) if h > HALF] if effect.marched else (1.0,)
+    rest = [h for h in one.horizons if h > HALF] if effect.marched else (1.0,)
     marched = any(e.marched for e in one.law.effects)
     looks = LOOKS if marched else CHEAP - GLANCES
     close = (CLOSELY if effect.marched else LOOSELY, CLOSE) if marched else (CLOSELY, 0.0)

@@ -35,16 +35,18 @@ def test_a_search_begins_at_the_likeliest_places_of_each_strength(monkeypatch):
     assert begun_at(rub(), monkeypatch) == expected
 
 
-def test_the_first_share_of_a_short_record_holds_a_few_periods():
-    """A search that began on more of it would slip past what bends a pitch far."""
+def test_a_search_from_everywhere_begins_on_a_few_periods_of_a_short_record():
+    """One that began on more of it would slip past what bends a pitch far."""
 
-    def shares(periods, most):
+    def shares(periods, most, every=True):
         setting = SimpleNamespace(omega=np.array([2 * np.pi * periods]), duration=1.0)
         start = SimpleNamespace(law=SimpleNamespace(setting=setting))
-        return race._shares(SimpleNamespace(start=start, horizons=race.HORIZONS), most)
+        one = SimpleNamespace(start=start, horizons=race.HORIZONS, every=every)
+        return race._shares(one, most)
 
     assert shares(100.0, 1.0) == list(race.HORIZONS)
     assert shares(10.0, race.HALF) == [race.PERIODS / 10, *race.HORIZONS[1:3]]
+    assert shares(10.0, race.HALF, every=False) == list(race.HORIZONS[1:3])
     assert shares(3.0, race.HALF) == []
     assert shares(3.0, 1.0) == list(race.HORIZONS[3:])  # one share holds hardly more than another
     assert shares(2.2, 1.0) == shares(1.0, 1.0) == [1.0]
