@@ -16,7 +16,7 @@ from scipy.linalg.lapack import dgesv
 
 from .match import PAIR, TURNED
 
-PITCH_FLOOR = 0.002  # relative error of computed pitches side by side: nulls' is half of it, rms
+PITCH_FLOOR = 0.003  # relative error of a computed pitch that convergence does not see
 SHAPE_FLOOR = 0.02  # of a shape's largest entry
 PIECES = 6.0  # independent pieces of evidence in one shape, however many channels show it
 UNSEEN = 1e-9  # weight of a channel that shows no mode
