@@ -38,7 +38,7 @@ from .timefit import best_fit, walked
 
 BEAM = 2  # best single effects, held out too and where fitted, with a second beside
 CHEAPLY = 3  # of the latter where a march is cheap
-FEW = 4  # modes: with more, so many places tie that the first swings tell nothing
+FEW = 4  # modes: with many, so many places tie that the first swings tell nothing
 MANY = 20  # numbers searched, above which no march is cheap: six further modes beside two
 TWOS = 10  # pairs that are begun
 FINALISTS = 6  # that go on to the end at most
