@@ -41,6 +41,7 @@ class Measured:
     softer: float = 1.0  # static over dynamic stiffness, where a relaxation was found
     sag_error: float = 0.05  # relative: geometry, creep, and where markers were put
     faint: int = 0  # the last so many are faint, and may be none of the body's modes
+    together: np.ndarray | None = None  # (K,) relative, by which all are off at once, or none is
 
     @cached_property
     def weight(self) -> np.ndarray:
@@ -87,6 +88,7 @@ class Hypothesis:
     shape_chi2: np.ndarray  # (K,)
     sag: np.ndarray | None = None  # (C,)
     strange: int = 0  # faint modes that are none of the body's; their pulls are the most they cost
+    together: float = 0.0  # standard deviations, by how many all pitches are off at once
 
     @property
     def pitches(self) -> np.ndarray:
@@ -183,10 +185,17 @@ def _mixed(modes, wanted, gap, many: float) -> tuple[np.ndarray, float]:
     return part, keep @ part**2
 
 
-def _pulled(ratio: np.ndarray, weight: np.ndarray) -> tuple[float, np.ndarray]:
-    """The weighted mean of the logarithms, and how far each is off, in standard deviations."""
-    mean = float((weight @ ratio) / weight.sum())
-    return mean, (ratio - mean) * np.sqrt(weight)
+def _pulled(ratio: np.ndarray, weight: np.ndarray, together=None) -> tuple:
+    """The weighted mean of the logarithms, how far each is off, in standard deviations, and how far
+    all are at once, in those of `together` (n,).
+    """
+    if together is None:
+        mean = float((weight @ ratio) / weight.sum())
+        return mean, (ratio - mean) * np.sqrt(weight), 0.0
+    weighed = np.array([weight, weight * together])
+    normal = weighed @ np.array([np.ones_like(together), together]).T + np.diag([0.0, 1.0])
+    mean, share = np.linalg.solve(normal, weighed @ ratio)
+    return float(mean), (ratio - mean - share * together) * np.sqrt(weight), float(share)
 
 
 def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
@@ -201,17 +210,20 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
         if size > 0:
             ratio = np.r_[ratio, -0.5 * np.log(size)]
             weight = measured.weight
+    together = measured.together
+    if together is not None and len(ratio) > len(together):
+        together = np.r_[together, 0.0]
     faint, strange = np.zeros((2, len(ratio)), bool)
     faint[len(chosen) - measured.faint : len(chosen)] = True
-    log_root, pull = _pulled(ratio, weight)
+    log_root, pull, share = _pulled(ratio, weight, together)
     while faint.any():  # the farthest off first, for it draws the others' mean
         off = np.where(faint & ~strange, pull**2 / np.maximum(1 - weight / weight.sum(), 0.1), 0.0)
         if off.max() <= STRANGE:
             break
         strange[off.argmax()] = True
-        log_root, pull = _pulled(ratio, np.where(strange, 0.0, weight))
+        log_root, pull, share = _pulled(ratio, np.where(strange, 0.0, weight), together)
     pull = np.where(strange, np.sqrt(STRANGE), pull)
-    whole = float(pull @ pull)
+    whole = float(pull @ pull) + share**2
     if not whole < most:
         return None
     modulus = float(np.exp(2 * log_root))
@@ -246,4 +258,5 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
         np.array(chi2),
         sag,
         int(strange.sum()),
+        share,
     )

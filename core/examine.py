@@ -31,6 +31,7 @@ SLIGHT = 0.01  # of the motion, rms, and of a pitch, up to which what acts in ti
 EVIDENCE = 10.0  # gain in BIC (Kass and Raftery 1995: very strong)
 ENOUGH = 0.6  # share of the misfit that an effect of the body must take
 CLEAR = 6.0  # misfit per piece above which no known effect is a finding in itself
+NEARLY = 0.01  # of a pitch, that what changed the body has moved it by, to be looked at closely
 OUTWEIGHS = 4.5  # body's misfit over that in time, above which the latter decides nothing
 DIFFERS = "Pitches, shapes or the sag differ a little from the body's;"
 MANY = 2  # effects in time, beside which a change of the body is a part of what stays unexplained
@@ -78,12 +79,44 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         warnings=sag_lines(ground, ground.base),
         moduli=dict.fromkeys(heard.match.modes, sag_span(ground, ground.base)),
     )
-    doubt = _doubt(verdict)
-    if _chance(ground.base, ground.measured) > DOUBT and not _moves_otherwise(verdict, ground):
+    near = not acts(verdict.final) and _is_near(ground)
+    closer = _closely(plain, heard, verdict, stiff, sigma) if near else None
+    if closer:
+        return closer
+    if _is_as_declared(verdict, ground):
         weight = _turned_over(ground, heard, verdict)
         if weight:
             return _changed(plain, ground, verdict, weight, heard, stiff)
         return _unless_strange(plain, verdict, ground)
+    return _otherwise(plain, ground, heard, verdict, stiff)
+
+
+def _is_near(ground: Ground) -> bool:
+    """Whether all pitches are nearly the declared body's."""
+    error = ground.measured.error
+    off = ground.base.pitch_pull[: len(error)] * error
+    return bool((np.abs(off) < NEARLY).all())
+
+
+def _is_as_declared(verdict: Verdict, ground: Ground) -> bool:
+    chance = _chance(ground.base, ground.measured)
+    return chance > DOUBT and not _moves_otherwise(verdict, ground)
+
+
+def _closely(plain, heard: Heard, verdict: Verdict, stiff, sigma) -> Findings | None:
+    """What is told where computed pitches are trusted further: what is not known of a change of the
+    body, as how a lump sits, is little where the change is. None where that explains nothing.
+    """
+    ground = ground_of(heard, verdict, stiff, sigma, closely=True)
+    if ground is None or _is_as_declared(verdict, ground):
+        return None
+    found = _otherwise(plain, ground, heard, verdict, stiff)
+    return found if found.verdict == "explained" and found.effects else None
+
+
+def _otherwise(plain, ground: Ground, heard: Heard, verdict: Verdict, stiff) -> Findings:
+    """What is told where pitches or shapes are not the declared body's."""
+    doubt = _doubt(verdict)
     ranked = _weighed(suspects(ground, _no_suspects(heard.body)), heard, verdict)
     # what acts in time may have bent the shapes beyond knowing which mode is which
     known_apart = not any(e.marched for e in verdict.final.law.effects)
@@ -287,7 +320,7 @@ def _turned_over(ground: Ground, heard: Heard, verdict: Verdict) -> list[Suspect
 def _chance(body: Hypothesis, measured: Measured) -> float:
     """That a body as this one shows its pitches so far off, or its sag alone beside them."""
     pull, K = body.pitch_pull, len(measured.frequency)
-    whole = chi2_law.sf((pull**2).sum(), max(len(pull) - 1, 1))
+    whole = chi2_law.sf((pull**2).sum() + body.together**2, max(len(pull) - 1, 1))
     if len(pull) == K:
         return float(whole)
     alone = pull[K] ** 2 / (1 - measured.weight[K] / measured.weight.sum())

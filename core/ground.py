@@ -19,6 +19,9 @@ from .twins import bent, creeps, handed_on, softer, twins
 from .unmatched import LOUD, acts, further_modes, of_the_body, unfolded_mode
 from .verdict import Verdict
 
+CLOSE_FLOOR = 0.0007  # as PITCH_FLOOR, once what all are off by together is known to be its own
+TOGETHER, OWN = 2.0, 0.25  # of the error of convergence, that pitches share, and that they do not:
+# at rims and corners no body is as sharp as its mesh, and what that does goes as that error does
 UNSURE = 2.0  # of a pitch's standard deviation, by which it is off: a faint pole may be two modes
 SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
@@ -42,7 +45,11 @@ class Ground:
     pull: np.ndarray | None = None  # (3P,) N, the body's own weight where the sag is known
 
 
-def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
+def ground_of(heard: Heard, verdict: Verdict, stiff, sigma, closely: bool = False) -> Ground | None:
+    """What pitches and shapes are compared with; None where the declared body moves as nothing that
+    was measured. `closely`: computed pitches are trusted further, but for what rims and corners
+    may do to all of them at once.
+    """
     final = verdict.final
     data = final.law.takes[final.law.fitted[0]]
     body = heard.body
@@ -56,7 +63,9 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     true = true_frequency(heard, final)
     pitches = np.r_[true, [one.frequency for one in further]]
     bias = _biased(verdict, pitches)
-    error = np.sqrt((UNSURE * spread) ** 2 + bias**2 + (0.5 * model_error) ** 2 + PITCH_FLOOR**2)
+    floor, own = (CLOSE_FLOOR, OWN) if closely else (PITCH_FLOOR, 1.0)
+    error = (UNSURE * spread) ** 2 + bias**2 + (0.5 * own * model_error) ** 2 + floor**2
+    error = np.sqrt(error)
     middle, pair = split_modes.middle(final), final.law.setting.pair
     error[pair] = np.hypot(error[pair], split_modes.doubt(final))
     error[: len(true)] = np.hypot(error[: len(true)], _blurred(heard, final, true))
@@ -91,6 +100,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         softer(final)[0],
         max(CREPT, settled) if creeps(verdict) else settled,
         sum(one.loud <= LOUD for one in further),
+        TOGETHER * 0.5 * model_error if closely else None,
     )
     shrink = 1 / (1 + stiff)
     values = (2 * np.pi * body.modes.frequency) ** 2 * shrink

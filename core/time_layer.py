@@ -15,7 +15,7 @@ from .effects import TIME_EFFECTS, steady_drive
 from .effects.base import Effect
 from .law import TimeFit
 from .match import DEAD
-from .race import Begun, Try, begun_all, ended, worth
+from .race import HALF, Begun, Try, begun_all, ended, worth
 from .read_off import read_off
 from .refit import lighter, swapped
 from .residual import AHEAD, NOISY, bic, misfit, strays
@@ -34,6 +34,8 @@ BESIDE = 4  # names that are tried beside another effect, at most; alone all tha
 EDGE = 0.98  # of how far a pitch may go, from which it is at the bound
 AT_ONCE = 2  # the most promising effects, which race each other only and may settle the rest
 MANY = 24  # starts of a search that is made anew from everywhere
+LEADERS = 2  # of the searches from a fit: by half of the record a hair may part two
+STRAYED = 1.5  # times the misfit by half of the record, an end's per sample that lost its way
 MOSTLY = 0.6  # share that the best one must take, for which it is sought anew
 
 
@@ -283,18 +285,30 @@ def _ended(going: list[tuple[Try, Begun]], anew: bool = True) -> list:
 
 
 def _ended_at_last(going: list[tuple[Try, Begun]]) -> list:
-    """The same; one that led by half of the record and came to nothing is made anew."""
+    """The same; those that led by half of the record, and came to nothing or have lost on the rest
+    what they had told by then, are made anew.
+    """
     done = _ended(going)
-    failed = [n for n in _leaders(going) if done[n][1] is None]
-    again = _ended(begun_all([_from_all(going[n][0]) for n in failed]))
-    for n, (_, found, plainer) in zip(failed, again, strict=True):
-        done[n] = (going[n][0], found, plainer)
+    lost = [n for n in _leaders(going) if _has_lost(going[n][1], done[n][1])]
+    anew = {other: n for n in lost for other in _anew(going[n][0])}
+    for one, found, plainer in _ended(begun_all(list(anew))):
+        n = anew[one]
+        _, before, worse = done[n]
+        if found is not None and (before is None or (plainer, found.chi2) < (worse, before.chi2)):
+            done[n] = (going[n][0], found, plainer)
     return done
 
 
+def _has_lost(begun: Begun, found: TimeFit | None) -> bool:
+    """Whether a search came to nothing, or leaves far more on the whole than it left on half."""
+    if found is None:
+        return True
+    return bool(HALF * found.chi2 > STRAYED * begun.misfit)  # never where that is not known
+
+
 def _leaders(going: list[tuple[Try, Begun]]) -> list[int]:
-    """Numbers of the searches with a march that leave the least by half of the record, of those
-    from the same fit; where none has got so far, promise the most.
+    """Numbers of the searches with a march that leave the least by half of the record, `LEADERS` of
+    those from the same fit; where none has got so far, promise the most.
     """
     known = {}
     for n, (one, begun) in enumerate(going):
@@ -302,7 +316,7 @@ def _leaders(going: list[tuple[Try, Begun]]) -> list[int]:
             far = np.isfinite(begun.misfit)
             rank = (0, begun.misfit) if far else (1, -one.promise.max())
             known.setdefault(one.start, []).append((*rank, n))
-    return [min(some)[-1] for some in known.values()]
+    return [rank[-1] for some in known.values() for rank in sorted(some)[:LEADERS]]
 
 
 def refuted(found: TimeFit) -> bool:

@@ -216,3 +216,62 @@ def test_takes_turned_over_tell_of_the_weight_alone(monkeypatch):
     assert told() == []
     heard.body.carried, case.declared = None, ("gravity_preload",)
     assert told() == []
+
+
+COMMON = np.array([0.004, 0.001, 0.002])  # how much a rim takes off each pitch, relatively
+
+
+def looked_closely_at(pitch):
+    """As `looked_at`, where what all pitches are off by at once is known to be as COMMON."""
+    error, shape_error = np.full(3, 0.0007), np.full((3, 12), 0.02)
+    measured = Measured(pitch, error, SHAPES, shape_error, together=COMMON)
+    return measured, compare(measured, (2 * np.pi * PITCH) ** 2, SHAPES)
+
+
+def test_what_rims_do_to_all_pitches_at_once_is_forgiven_and_as_much_of_one_is_not():
+    """By generalized least squares with the whole covariance, all is the same."""
+    measured, rims = looked_closely_at(PITCH * np.exp(1.5 * COMMON))
+    assert rims.together == pytest.approx(1.5, abs=0.2)
+    assert examine._chance(rims, measured) > DOUBT
+    off = PITCH * (1 + np.array([0.0, 0.0, 0.005]))
+    other, one = looked_closely_at(off)
+    assert examine._chance(one, other) < DOUBT
+    for seen, found in ((measured, rims), (other, one)):
+        cover = np.diag(seen.error**2) + np.outer(COMMON, COMMON)
+        ratio, ones = np.log(seen.frequency / PITCH), np.ones(3)
+        weight = np.linalg.inv(cover)
+        mean = ones @ weight @ ratio / (ones @ weight @ ones)
+        left = ratio - mean
+        assert np.log(found.modulus) == pytest.approx(2 * mean, abs=1e-9)
+        assert found.chi2 - found.shape_chi2.sum() == pytest.approx(left @ weight @ left)
+
+
+@pytest.mark.parametrize(("off", "near"), [(0.008, True), (0.03, False)])
+def test_a_body_is_looked_at_closely_where_all_pitches_are_nearly_its_own(off, near):
+    measured, base = looked_at(PITCH * [1.0, 1.0 + off, 1.0 - off])
+    assert examine._is_near(ground(measured, base)) is near
+
+
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [(("graded_stiffness",), "graded_stiffness"), ((), None)],
+    ids=["explains", "explains nothing"],
+)
+def test_a_close_look_names_what_explains_and_says_nothing_else(names, told, monkeypatch):
+    measured, base = looked_closely_at(PITCH * [1.0, 1.0, 1.005])
+    asked = []
+
+    def closely(heard, verdict, stiff, sigma, closely=False):
+        asked.append(closely)
+        return ground(measured, base)
+
+    found = Findings("explained" if names else "unexplained", [*({"name": n} for n in names)], [],
+                     [], [])  # fmt: skip
+    monkeypatch.setattr(examine, "ground_of", closely)
+    monkeypatch.setattr(examine, "_moves_otherwise", lambda *_: False)
+    monkeypatch.setattr(examine, "_otherwise", lambda *_: found)
+    answer = examine._closely(None, None, None, None, None)
+    assert asked == [True]
+    assert (answer.effects[0]["name"] if answer else None) == told
+    measured, base = looked_closely_at(PITCH)  # nothing is the matter
+    assert examine._closely(None, None, None, None, None) is None

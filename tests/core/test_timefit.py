@@ -35,13 +35,13 @@ from core.effects.base import FINE
 from core.effects.further_mode import further_mode
 from core.exchange import _put_in_hope, exchanged_alone
 from core.foils import weakens, weakens_rather
-from core.jumps import _left, _moved, _nearby, _with_jumps, jumps
+from core.jumps import jumps
 from core.law import bounds
 from core.linear_part import solve
 from core.match import Match
 from core.outset import begin, outsets
 from core.parameters import as_fitted, parameters
-from core.race import Try, begun, begun_all, ended, race, worth
+from core.race import Begun, Try, begun, begun_all, ended, race, worth
 from core.read_off import _in_place, read_anew, read_off, shared_motions
 from core.ready import to_their_end
 from core.refit import turned
@@ -181,105 +181,6 @@ def test_the_linear_part_is_that_of_least_squares_a_channel():
         assert solved.coefficients[0, c] == pytest.approx(exact, rel=1e-6, abs=1e-12)
 
 
-def test_frames_lost_in_one_of_two_takes_are_found_there():
-    whole, gappy = moved(seed=0), np.delete(moved(seed=1), [100, 101], axis=0)
-    found = declared(channels(whole), channels(gappy), condition=(0, 0))
-    assert found.chi2 > 5 * found.samples
-    (effect,) = [effect for effect in read_off(found) if effect.name == "lost_frames"]
-    law, p = extend(found, (effect,), [()])
-    with_it = fit(law, p)
-    assert parameters(with_it, 0)["frames"]["value"] == 2
-    assert with_it.chi2 < 1.1 * with_it.samples
-    first, second = (effect.clock(None, None, TIME, data.take) - TIME for data in law.takes)
-    assert not first.any()
-    assert second[[99, 100]] == pytest.approx([0, 2 / RATE])
-
-
-def test_of_jumps_those_that_are_of_whole_frames_are_lost_ones():
-    """One frame is lost twice; between them the recording is half a frame late."""
-    fine = 2 * np.arange(len(TIME))
-    fine = fine + 2 * (np.arange(len(TIME)) >= 90) + 2 * (np.arange(len(TIME)) >= 210)
-    fine = fine + 1 * (np.arange(len(TIME)) >= 150)
-    w, z = np.sqrt(1 - 0.02**2) * W, 0.02
-    when = fine / (2 * RATE)
-    values = AMPLITUDE * np.outer(np.exp(-z * W * when) * np.cos(w * when), SHAPE)
-    values = values + 0.1 * NOISE * np.random.default_rng(2).standard_normal(values.shape)
-    found = declared(channels(values, sigma=0.1 * NOISE))
-    (effect,) = jumps(found)
-    (take,) = found.law.takes
-    gained = effect.clock(np.zeros((1, 0)), None, take.time[None], take.take)[0] - take.time
-    assert np.rint(np.diff(gained * RATE)).nonzero()[0].tolist() == [89, 209]
-    assert gained[-1] * RATE == pytest.approx(2)
-
-
-def test_as_many_jumps_as_a_recording_may_have_are_found():
-    """Misplaced at first, they take more jumps to mend than there are."""
-    places, frames = np.array([114, 142, 224, 300, 323, 391]), np.array([1, 2, 2, 3, 3, 2])
-    lost = (np.arange(len(TIME))[:, None] >= places) @ frames
-    kept = np.arange(len(TIME)) + lost
-    values = moved()[kept[kept < len(TIME)]]
-    (effect,) = jumps(declared(channels(values, time=TIME[: len(values)])))
-    assert effect.report(None, None, None)["frames"] == frames.sum()
-
-
-@pytest.mark.parametrize("place", [150, 400], ids=["fitted", "held out"])
-def test_jumps_near_one_another_that_are_one_become_one(place):
-    lost = 3 * (np.arange(len(TIME)) >= place)
-    kept = np.arange(len(TIME)) + lost
-    values = moved()[kept[kept < len(TIME)]]
-    found = declared(channels(values, time=TIME[: len(values)]))
-    takes, frame = found.law.takes, 1 / RATE
-    when = takes[0].time[place] - frame / 2
-    two = (((when, frame), (when + 3 * frame, 2 * frame)),)
-    known, _ = _moved(two, _with_jumps(found, two, takes), takes)
-    ((one,),) = known
-    assert one == pytest.approx((when, 3 * frame))
-
-
-def test_jumps_of_a_fitted_take_are_moved_by_what_it_shows_and_no_other_one_does():
-    lost = 3 * (np.arange(len(TIME)) >= 400)  # after the fitted part
-    kept = np.arange(len(TIME)) + lost
-    values = moved()[kept[kept < len(TIME)]]
-    one = channels(values, time=TIME[: len(values)])
-    found = declared(one)
-    kind = make_dataclass("Held", ["recording", "held_out", "name"])
-    other = replace(
-        channels(5 * moved()), take=kind(one.take.recording, True, "held out"), fit=TIME <= 0.4
-    )  # of which nothing is foretold
-    both = replace(found.law, takes=(*found.law.takes, other), condition=(0, 0))
-    found = replace(found, law=both, predicted=(*found.predicted, np.zeros_like(other.values)))
-    assert _left(found) == pytest.approx(
-        (((values - found.predicted[0]) / NOISE) ** 2).sum(), rel=1e-6
-    )
-
-
-def test_jumps_far_apart_are_not_made_one():
-    frame = 0.01
-    near, far = ((1.0, frame), (1.04, frame)), ((1.0, frame), (1.05, frame))
-    assert (2, (1.04, 2 * frame)) in _nearby(near, 0, frame)
-    assert (2, (1.0, 2 * frame)) in _nearby(near, 0, frame)
-    assert all(many == 1 for many, _ in _nearby(far, 0, frame))
-
-
-def test_a_pitch_that_was_another_one_at_first_is_no_frame_lost_again_and_again():
-    """It falls for good in the first take; the second one has only known it as it is then."""
-    torn = [moved(Softening(0.05, when), seed=n) for n, when in enumerate((1.0, -9.0))]
-    found = declared(*map(channels, torn), condition=(0, 0))
-    assert found.chi2 > 5 * found.samples
-    assert jumps(found) == []
-    gone = np.delete(moved(zeta=0.01), [60, 61, 150, 230], axis=0)
-    for gaps in (False, True):
-        gone[::2, 0] = np.where(gaps, np.nan, gone[::2, 0])
-        (effect,) = jumps(declared(channels(gone), channels(moved(zeta=0.01)), condition=(0, 0)))
-        assert effect.free == 6  # three jumps
-
-
-def test_where_no_frame_is_whole_no_jump_is_read():
-    values = moved()
-    values[::2, 0] = values[1::2, 1] = np.nan
-    assert jumps(declared(channels(values))) == []
-
-
 def test_a_clock_is_sought_to_its_end_though_it_gains_nothing_where_it_was_fitted():
     found = declared(channels(moved(Backbone(0.05, 0.0))))
     (take,) = found.law.takes
@@ -391,6 +292,37 @@ def test_of_two_that_vie_the_better_one_is_told_by_fits_to_their_end():
 def going_on(tries, bare=None):
     """Those of the searches that are worth their end."""
     return [one for one, _ in worth(begun_all(tries), bare)[0]]
+
+
+@pytest.mark.parametrize(
+    ("half", "end", "lost"),
+    [(900.0, 1800.0, False), (900.0, 3600.0, True), (900.0, None, True), (np.nan, 3600.0, False)],
+    ids=["tells the rest too", "leaves more there", "comes to nothing", "was not seen by half"],
+)
+def test_a_search_has_lost_its_way_where_the_whole_leaves_more_than_half_did(half, end, lost):
+    stands = Begun(np.zeros((1, 1)), half)
+    found = None if end is None else SimpleNamespace(chi2=end)
+    assert time_layer._has_lost(stands, found) is lost
+
+
+def test_what_led_by_half_and_lost_its_way_is_made_anew_and_the_better_end_kept(monkeypatch):
+    """Two that lead, one of which an end bears out; a third one behind them is left alone."""
+    kind = make_dataclass("Tried", ["name", "start", "effect"], frozen=True, eq=False)
+    start, effect = object(), SimpleNamespace(marched=True)
+    tries = [kind(name, start, effect) for name in ("lost", "sound", "behind")]
+    halves = [Begun(np.zeros((1, 1)), half) for half in (200.0, 210.0, 900.0)]
+    going = list(zip(tries, halves, strict=True))
+    ends = {"lost": 1500.0, "sound": 430.0, "behind": 9e3, "anew": 400.0, "worse": 2e3}
+    monkeypatch.setattr(time_layer, "_anew", lambda one: [
+        replace(one, name="worse"), replace(one, name="anew")])  # fmt: skip
+    monkeypatch.setattr(time_layer, "begun_all", lambda tries: [(one, None) for one in tries])
+    monkeypatch.setattr(time_layer, "_ended", lambda going: [
+        (one, SimpleNamespace(chi2=ends[one.name]), False) for one, _ in going])  # fmt: skip
+    done = time_layer._ended_at_last(going)
+    assert [found.chi2 for _, found, _ in done] == [400.0, 430.0, 9e3]
+    assert [one for one, _, _ in done] == tries
+    ends["anew"] = 1600.0
+    assert time_layer._ended_at_last(going)[0][1].chi2 == 1500.0
 
 
 def test_a_search_that_falls_behind_is_not_ended():
