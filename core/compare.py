@@ -41,12 +41,17 @@ class Measured:
     softer: float = 1.0  # static over dynamic stiffness, where a relaxation was found
     sag_error: float = 0.05  # relative: geometry, creep, and where markers were put
     faint: int = 0  # the last so many are faint, and may be none of the body's modes
-    together: np.ndarray | None = None  # (K,) relative, by which all are off at once, or none is
+    common: np.ndarray | float = 0.0  # (K,) relative, by which all pitches may be off at once
 
     @cached_property
     def weight(self) -> np.ndarray:
         """(K + 1,) of every pitch's logarithm, and of half the sag's."""
         return np.r_[self.error, self.sag_error / 2] ** -2.0
+
+    @cached_property
+    def together(self) -> np.ndarray:
+        """(K + 1,) by which the logarithms of all pitches may be off at once; the sag's is not."""
+        return np.r_[np.zeros_like(self.error) + self.common, 0.0]
 
     @cached_property
     def seen(self) -> np.ndarray:
@@ -84,11 +89,18 @@ class Hypothesis:
     modes: tuple[int, ...]  # computed partner of every measured mode
     frequency: np.ndarray  # (K,) Hz
     shapes: np.ndarray  # (K, C) scaled to the measured ones
-    pitch_pull: np.ndarray  # (K,) standard deviations; (K + 1,) with that of the sag
+    pitch_pull: np.ndarray  # (K,) standard deviations, beyond what all are off by at once; (K + 1,)
+    # with that of the sag
     shape_chi2: np.ndarray  # (K,)
     sag: np.ndarray | None = None  # (C,)
     strange: int = 0  # faint modes that are none of the body's; their pulls are the most they cost
     together: float = 0.0  # standard deviations, by how many all pitches are off at once
+    free: np.ndarray | float = 1.0  # share of each pull's variance that the fit leaves it
+
+    @property
+    def pitch_chi2(self) -> float:
+        """Misfit of the pitches, and the sag."""
+        return float(self.pitch_pull @ self.pitch_pull + self.together**2)
 
     @property
     def pitches(self) -> np.ndarray:
@@ -185,17 +197,19 @@ def _mixed(modes, wanted, gap, many: float) -> tuple[np.ndarray, float]:
     return part, keep @ part**2
 
 
-def _pulled(ratio: np.ndarray, weight: np.ndarray, together=None) -> tuple:
-    """The weighted mean of the logarithms, how far each is off, in standard deviations, and how far
-    all are at once, in those of `together` (n,).
+def _pulled(ratio: np.ndarray, weight: np.ndarray, together: np.ndarray) -> tuple:
+    """The mean of the logarithms by generalized least squares; how far each is off, in standard
+    deviations, and what share of that one's variance the fit leaves; and how far all are off at
+    once, in those of `together` (n,).
     """
-    if together is None:
-        mean = float((weight @ ratio) / weight.sum())
-        return mean, (ratio - mean) * np.sqrt(weight), 0.0
-    weighed = np.array([weight, weight * together])
-    normal = weighed @ np.array([np.ones_like(together), together]).T + np.diag([0.0, 1.0])
-    mean, share = np.linalg.solve(normal, weighed @ ratio)
-    return float(mean), (ratio - mean - share * together) * np.sqrt(weight), float(share)
+    lean = weight * together
+    whole, across, along = weight.sum(), lean.sum(), lean @ together + 1
+    size = whole * along - across**2
+    one, other = weight @ ratio, lean @ ratio
+    mean, share = (along * one - across * other) / size, (whole * other - across * one) / size
+    leverage = weight * (along - 2 * across * together + whole * together**2) / size
+    pull = (ratio - mean - share * together) * np.sqrt(weight)
+    return float(mean), pull, 1 - leverage, float(share)
 
 
 def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
@@ -210,18 +224,17 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
         if size > 0:
             ratio = np.r_[ratio, -0.5 * np.log(size)]
             weight = measured.weight
-    together = measured.together
-    if together is not None and len(ratio) > len(together):
-        together = np.r_[together, 0.0]
+    together = measured.together[: len(ratio)]
     faint, strange = np.zeros((2, len(ratio)), bool)
     faint[len(chosen) - measured.faint : len(chosen)] = True
-    log_root, pull, share = _pulled(ratio, weight, together)
+    log_root, pull, free, share = _pulled(ratio, weight, together)
     while faint.any():  # the farthest off first, for it draws the others' mean
-        off = np.where(faint & ~strange, pull**2 / np.maximum(1 - weight / weight.sum(), 0.1), 0.0)
+        off = np.where(faint & ~strange, pull**2 / np.maximum(free, 0.1), 0.0)
         if off.max() <= STRANGE:
             break
         strange[off.argmax()] = True
-        log_root, pull, share = _pulled(ratio, np.where(strange, 0.0, weight), together)
+        left = np.where(strange, 0.0, weight)
+        log_root, pull, free, share = _pulled(ratio, left, together)
     pull = np.where(strange, np.sqrt(STRANGE), pull)
     whole = float(pull @ pull) + share**2
     if not whole < most:
@@ -259,4 +272,5 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
         sag,
         int(strange.sum()),
         share,
+        free,
     )

@@ -11,7 +11,7 @@ from .camera_layer import camera_effects
 from .compare import PIECES, Hypothesis, Measured
 from .effects import MODAL_EFFECTS, added_mass, gravity_preload
 from .findings import Findings
-from .ground import Ground, ground_of, moved
+from .ground import Ground, ground_of, looked_at_closely, moved
 from .joint import Heard
 from .law import TimeFit
 from .match import PAIR
@@ -79,23 +79,24 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         warnings=sag_lines(ground, ground.base),
         moduli=dict.fromkeys(heard.match.modes, sag_span(ground, ground.base)),
     )
-    near = not acts(verdict.final) and _is_near(ground)
-    closer = _closely(plain, heard, verdict, stiff, sigma) if near else None
-    if closer:
-        return closer
-    if _is_as_declared(verdict, ground):
+    return _compared(plain, ground, heard, verdict, stiff)
+
+
+def _compared(plain: Findings, ground: Ground, heard: Heard, verdict: Verdict, stiff) -> Findings:
+    """What is told beside what is `plain` already."""
+    declared = _is_as_declared(verdict, ground)
+    if declared:
         weight = _turned_over(ground, heard, verdict)
         if weight:
             return _changed(plain, ground, verdict, weight, heard, stiff)
-        return _unless_strange(plain, verdict, ground)
-    return _otherwise(plain, ground, heard, verdict, stiff)
-
-
-def _is_near(ground: Ground) -> bool:
-    """Whether all pitches are nearly the declared body's."""
-    error = ground.measured.error
-    off = ground.base.pitch_pull[: len(error)] * error
-    return bool((np.abs(off) < NEARLY).all())
+        strange = _unless_strange(plain, verdict, ground)
+        if strange is not plain:
+            return strange
+    near = _may_be_near(verdict, ground)
+    closer = _closely(plain, ground, heard, verdict, stiff) if near else None
+    if closer:
+        return closer
+    return plain if declared else _otherwise(plain, ground, heard, verdict, stiff)
 
 
 def _is_as_declared(verdict: Verdict, ground: Ground) -> bool:
@@ -103,14 +104,24 @@ def _is_as_declared(verdict: Verdict, ground: Ground) -> bool:
     return chance > DOUBT and not _moves_otherwise(verdict, ground)
 
 
-def _closely(plain, heard: Heard, verdict: Verdict, stiff, sigma) -> Findings | None:
+def _may_be_near(verdict: Verdict, ground: Ground) -> bool:
+    """Whether all loud pitches are nearly the declared body's, and nothing bends them: what acts in
+    time, or how a load sits.
+    """
+    if acts(verdict.final) or ground.body.case.takes[0].loads:
+        return False
+    off = np.log(ground.measured.frequency / ground.base.frequency)
+    return bool((np.abs(off[: len(off) - ground.measured.faint]) < NEARLY).all())
+
+
+def _closely(plain, ground: Ground, heard: Heard, verdict: Verdict, stiff) -> Findings | None:
     """What is told where computed pitches are trusted further: what is not known of a change of the
     body, as how a lump sits, is little where the change is. None where that explains nothing.
     """
-    ground = ground_of(heard, verdict, stiff, sigma, closely=True)
-    if ground is None or _is_as_declared(verdict, ground):
+    close = looked_at_closely(ground)
+    if close is None or _chance(close.base, close.measured) > DOUBT:
         return None
-    found = _otherwise(plain, ground, heard, verdict, stiff)
+    found = _otherwise(plain, close, heard, verdict, stiff)
     return found if found.verdict == "explained" and found.effects else None
 
 
@@ -202,7 +213,7 @@ def _changed(plain, ground: Ground, verdict: Verdict, ranked, heard: Heard, stif
     before = body_error(verdict, ground, base)
     best = next((s for s in ranked if _is_able(s, ground)), None)
     with_it = best and body_error(verdict, ground, best.hypothesis)
-    misfit = (float((base.pitch_pull**2).sum()), float(base.shape_chi2.sum()))
+    misfit = (base.pitch_chi2, float(base.shape_chi2.sum()))
     free = errors(verdict.damped)
     mended = bool(best) and mends(with_it, before, free)
     if not mended and base.chi2 < CLEAR * _pieces(ground):
@@ -320,10 +331,10 @@ def _turned_over(ground: Ground, heard: Heard, verdict: Verdict) -> list[Suspect
 def _chance(body: Hypothesis, measured: Measured) -> float:
     """That a body as this one shows its pitches so far off, or its sag alone beside them."""
     pull, K = body.pitch_pull, len(measured.frequency)
-    whole = chi2_law.sf((pull**2).sum() + body.together**2, max(len(pull) - 1, 1))
+    whole = chi2_law.sf(body.pitch_chi2, max(len(pull) - 1, 1))
     if len(pull) == K:
         return float(whole)
-    alone = pull[K] ** 2 / (1 - measured.weight[K] / measured.weight.sum())
+    alone = pull[K] ** 2 / body.free[K]
     return float(2 * min(whole, chi2_law.sf(alone, 1)))
 
 

@@ -19,7 +19,7 @@ from .twins import bent, creeps, handed_on, softer, twins
 from .unmatched import LOUD, acts, further_modes, of_the_body, unfolded_mode
 from .verdict import Verdict
 
-CLOSE_FLOOR = 0.0007  # as PITCH_FLOOR, once what all are off by together is known to be its own
+CLOSE_FLOOR = 0.0007  # as PITCH_FLOOR, where what all pitches are off by at once is told apart
 TOGETHER, OWN = 2.0, 0.25  # of the error of convergence, that pitches share, and that they do not:
 # at rims and corners no body is as sharp as its mesh, and what that does goes as that error does
 UNSURE = 2.0  # of a pitch's standard deviation, by which it is off: a faint pole may be two modes
@@ -43,12 +43,12 @@ class Ground:
     doubt: np.ndarray  # (m,) relative error of an eigenvalue, and of how a load sits
     damping_ratio: np.ndarray  # (K,) of the measured modes, without what acts in time
     pull: np.ndarray | None = None  # (3P,) N, the body's own weight where the sag is known
+    computed: np.ndarray | float = 0.0  # (K,) relative error of a pitch that is the model's
 
 
-def ground_of(heard: Heard, verdict: Verdict, stiff, sigma, closely: bool = False) -> Ground | None:
+def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     """What pitches and shapes are compared with; None where the declared body moves as nothing that
-    was measured. `closely`: computed pitches are trusted further, but for what rims and corners
-    may do to all of them at once.
+    was measured.
     """
     final = verdict.final
     data = final.law.takes[final.law.fitted[0]]
@@ -63,9 +63,8 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma, closely: bool = Fals
     true = true_frequency(heard, final)
     pitches = np.r_[true, [one.frequency for one in further]]
     bias = _biased(verdict, pitches)
-    floor, own = (CLOSE_FLOOR, OWN) if closely else (PITCH_FLOOR, 1.0)
-    error = (UNSURE * spread) ** 2 + bias**2 + (0.5 * own * model_error) ** 2 + floor**2
-    error = np.sqrt(error)
+    computed = np.hypot(PITCH_FLOOR, 0.5 * model_error)
+    error = np.sqrt((UNSURE * spread) ** 2 + bias**2 + computed**2)
     middle, pair = split_modes.middle(final), final.law.setting.pair
     error[pair] = np.hypot(error[pair], split_modes.doubt(final))
     error[: len(true)] = np.hypot(error[: len(true)], _blurred(heard, final, true))
@@ -79,13 +78,12 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma, closely: bool = Fals
     noise = data.sigma / np.maximum(swing[:, None], 1e-300) / np.sqrt(samples / 2)
     shape_error = np.sqrt(noise**2 + rest**2 + (SHAPE_FLOOR * size) ** 2)
     shape_error = np.where(data.support, 1e12, shape_error)
-    sag, pull, unit, settled = None, None, None, SETTLED
+    sag, pull, settled = None, None, SETTLED
     case = body.case
     if case.shape == "unloaded" and case.takes[0].gravity is not None:
         offset = final.coefficients[:, final.law.own * final.law.conditions]
         sag = np.where(data.support, 0.0, offset - data.rest)
         pull = gravity_force(body.model, case.takes[0].gravity)
-        unit = body.sag(data)
         length = np.ptp(body.model.points, axis=0).max()
         most = np.abs(sag).max() / px_per_metre(data)
         tilt = TILTED * most / length
@@ -100,25 +98,35 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma, closely: bool = Fals
         softer(final)[0],
         max(CREPT, settled) if creeps(verdict) else settled,
         sum(one.loud <= LOUD for one in further),
-        TOGETHER * 0.5 * model_error if closely else None,
     )
     shrink = 1 / (1 + stiff)
-    values = (2 * np.pi * body.modes.frequency) ** 2 * shrink
-    base = compare(measured, values, body.seen(data), unit)
+    base = _compared(body, data, measured, shrink)
     if base is None:
         return None
-    base = rematched(measured, values, body.seen(data), unit, base)
     if middle != 1:
         measured = parted(measured, base.modes, body.modes.frequency, (pair, middle - 1))
-        base = rematched(
-            measured,
-            values,
-            body.seen(data),
-            unit,
-            compare(measured, values, body.seen(data), unit) or base,
-        )
+        base = _compared(body, data, measured, shrink) or base
     ratios = np.r_[verdict.damped.damping_ratio, [one.damping_ratio for one in further]]
-    return Ground(body, data, measured, base, shrink, sigma, ratios, pull)
+    return Ground(body, data, measured, base, shrink, sigma, ratios, pull, computed)
+
+
+def _compared(body: Body, data: Channels, measured: Measured, shrink) -> Hypothesis | None:
+    values, seen = (2 * np.pi * body.modes.frequency) ** 2 * shrink, body.seen(data)
+    unit = None if measured.sag is None else body.sag(data)
+    found = compare(measured, values, seen, unit)
+    return found and rematched(measured, values, seen, unit, found)
+
+
+def looked_at_closely(ground: Ground) -> Ground | None:
+    """The same where computed pitches are trusted further, but for what rims and corners may do to
+    all of them at once; None as `ground_of` has it.
+    """
+    known, error = ground.measured, 0.5 * ground.doubt[list(ground.base.modes)]
+    rest = np.maximum(known.error**2 - ground.computed**2, 0.0)
+    own = np.sqrt(rest + (OWN * error) ** 2 + CLOSE_FLOOR**2)
+    measured = replace(known, error=own, common=TOGETHER * error)
+    base = _compared(ground.body, ground.data, measured, ground.shrink)
+    return base and replace(ground, measured=measured, base=base)
 
 
 def parted(measured: Measured, modes: tuple, own: np.ndarray, split: tuple) -> Measured:

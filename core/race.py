@@ -54,6 +54,7 @@ class Try:
     horizons: tuple = HORIZONS
     outset: TimeFit | None = None  # from where, if not from the start
     every: bool = False  # from all places, not only from the best one of each strength
+    anew: bool = False  # once more, from more starts than at first
 
     @property
     def law(self) -> Law:

@@ -15,7 +15,7 @@ from .effects import TIME_EFFECTS, steady_drive
 from .effects.base import Effect
 from .law import TimeFit
 from .match import DEAD
-from .race import HALF, Begun, Try, begun_all, ended, worth
+from .race import Begun, Try, begun_all, ended, worth
 from .read_off import read_off
 from .refit import lighter, swapped
 from .residual import AHEAD, NOISY, bic, misfit, strays
@@ -35,7 +35,6 @@ EDGE = 0.98  # of how far a pitch may go, from which it is at the bound
 AT_ONCE = 2  # the most promising effects, which race each other only and may settle the rest
 MANY = 24  # starts of a search that is made anew from everywhere
 LEADERS = 2  # of the searches from a fit: by half of the record a hair may part two
-STRAYED = 1.5  # times the misfit by half of the record, an end's per sample that lost its way
 MOSTLY = 0.6  # share that the best one must take, for which it is sought anew
 
 
@@ -49,6 +48,7 @@ class Candidate:
     share: float  # of the excess over noise, fitted part; NaN where there is none
     held_share: float  # of the excess over noise, held-out part; NaN where there is none
     outdone: bool = False  # a plainer effect does as well, as things stand
+    anew: bool = False  # found by a search that was made anew from everywhere
 
     @property
     def confirmed(self) -> bool:
@@ -164,7 +164,7 @@ def _gather(best: dict, done, against: TimeFit, before: tuple[str, ...] = ()) ->
         if found is not None:
             candidate = judge((*before, name), found, against)
             if name not in best or candidate.evidence > best[name].evidence:
-                best[name] = replace(candidate, outdone=plainer)
+                best[name] = replace(candidate, outdone=plainer, anew=one.anew)
 
 
 def _ranked(best: dict) -> list[Candidate]:
@@ -201,7 +201,7 @@ def _again(asked: list) -> list[list[Candidate]]:
     """
     tries = []
     for n, best in _nearest([ranked for ranked, _, _ in asked]):
-        if best.share < MOSTLY:
+        if best.anew or best.share < MOSTLY:
             continue
         if best.found.chi2 < NOISY * best.found.samples and not strays(best.found, AHEAD):
             continue
@@ -241,14 +241,14 @@ def _anew(one: Try) -> list[Try]:
     if effect.force or effect.damps:
         damps = effect.damps and one.start.law.damping != "none"
         outset = lighter(one.start) if damps else one.start
-        out += [replace(one, outset=outset, every=True, runners=MANY)]
+        out += [replace(one, outset=outset, every=True, runners=MANY, anew=True)]
     return out
 
 
 def _from_all(one: Try) -> Try:
     """The search on the whole record, from as many starts as there are strengths."""
     strengths = {begin[: len(one.effect.low)] for begin in one.begins}
-    return replace(one, runners=len(strengths), horizons=(1.0,))
+    return replace(one, runners=len(strengths), horizons=(1.0,), anew=True)
 
 
 def _chosen(start: TimeFit, most: float = np.inf) -> list[Try]:
@@ -285,30 +285,21 @@ def _ended(going: list[tuple[Try, Begun]], anew: bool = True) -> list:
 
 
 def _ended_at_last(going: list[tuple[Try, Begun]]) -> list:
-    """The same; those that led by half of the record, and came to nothing or have lost on the rest
-    what they had told by then, are made anew.
-    """
+    """The same; those that led by half of the record and came to nothing are made anew."""
     done = _ended(going)
-    lost = [n for n in _leaders(going) if _has_lost(going[n][1], done[n][1])]
-    anew = {other: n for n in lost for other in _anew(going[n][0])}
-    for one, found, plainer in _ended(begun_all(list(anew))):
-        n = anew[one]
-        _, before, worse = done[n]
+    failed = [n for n in _leaders(going) if done[n][1] is None]
+    anew = {other: n for n in failed for other in _anew(going[n][0])}
+    for row in _ended(begun_all(list(anew))):
+        n, (_, found, plainer) = anew[row[0]], row
+        before, worse = done[n][1:]
         if found is not None and (before is None or (plainer, found.chi2) < (worse, before.chi2)):
-            done[n] = (going[n][0], found, plainer)
+            done[n] = row
     return done
-
-
-def _has_lost(begun: Begun, found: TimeFit | None) -> bool:
-    """Whether a search came to nothing, or leaves far more on the whole than it left on half."""
-    if found is None:
-        return True
-    return bool(HALF * found.chi2 > STRAYED * begun.misfit)  # never where that is not known
 
 
 def _leaders(going: list[tuple[Try, Begun]]) -> list[int]:
     """Numbers of the searches with a march that leave the least by half of the record, `LEADERS` of
-    those from the same fit; where none has got so far, promise the most.
+    those from the same fit; where fewer have got so far, those of the others that promise the most.
     """
     known = {}
     for n, (one, begun) in enumerate(going):

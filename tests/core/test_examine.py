@@ -20,7 +20,7 @@ from core.examine import (
     _unsure,
 )
 from core.findings import Findings
-from core.ground import Ground
+from core.ground import Ground, looked_at_closely
 from core.modal_layer import Suspect
 from core.tell_change import sag_lines, sag_span
 
@@ -221,57 +221,127 @@ def test_takes_turned_over_tell_of_the_weight_alone(monkeypatch):
 COMMON = np.array([0.004, 0.001, 0.002])  # how much a rim takes off each pitch, relatively
 
 
-def looked_closely_at(pitch):
+def looked_closely_at(pitch, unit=None, **more):
     """As `looked_at`, where what all pitches are off by at once is known to be as COMMON."""
     error, shape_error = np.full(3, 0.0007), np.full((3, 12), 0.02)
-    measured = Measured(pitch, error, SHAPES, shape_error, together=COMMON)
-    return measured, compare(measured, (2 * np.pi * PITCH) ** 2, SHAPES)
+    measured = Measured(pitch, error, SHAPES, shape_error, common=COMMON, **more)
+    return measured, compare(measured, (2 * np.pi * PITCH) ** 2, SHAPES, unit)
 
 
-def test_what_rims_do_to_all_pitches_at_once_is_forgiven_and_as_much_of_one_is_not():
-    """By generalized least squares with the whole covariance, all is the same."""
-    measured, rims = looked_closely_at(PITCH * np.exp(1.5 * COMMON))
-    assert rims.together == pytest.approx(1.5, abs=0.2)
-    assert examine._chance(rims, measured) > DOUBT
-    off = PITCH * (1 + np.array([0.0, 0.0, 0.005]))
-    other, one = looked_closely_at(off)
-    assert examine._chance(one, other) < DOUBT
-    for seen, found in ((measured, rims), (other, one)):
-        cover = np.diag(seen.error**2) + np.outer(COMMON, COMMON)
-        ratio, ones = np.log(seen.frequency / PITCH), np.ones(3)
-        weight = np.linalg.inv(cover)
-        mean = ones @ weight @ ratio / (ones @ weight @ ones)
-        left = ratio - mean
-        assert np.log(found.modulus) == pytest.approx(2 * mean, abs=1e-9)
-        assert found.chi2 - found.shape_chi2.sum() == pytest.approx(left @ weight @ left)
+@pytest.mark.parametrize("sag", [None, 1.03])
+@pytest.mark.parametrize(
+    ("off", "is_it"),
+    [(1.5 * COMMON, True), (6.0 * COMMON, False), ([0.0, 0.0, 0.005], False)],
+    ids=["as rims do", "as no rim does", "one of them"],
+)
+def test_what_rims_do_to_all_pitches_at_once_is_forgiven_and_as_much_of_one_is_not(off, is_it, sag):
+    """As generalized least squares with the whole covariance has it."""
+    unit = None if sag is None else -np.linspace(0.5, 1.5, 12)
+    more = {} if sag is None else {"sag": sag * unit, "sag_error": 0.04}
+    measured, found = looked_closely_at(PITCH * np.exp(off), unit, **more)
+    assert (examine._chance(found, measured) > DOUBT) is is_it
+    error, common = measured.weight**-0.5, np.r_[COMMON, 0.0]
+    ratio = np.r_[np.log(measured.frequency / PITCH), -0.5 * np.log(sag or 1.0)]
+    n = 3 if sag is None else 4
+    weight = np.linalg.inv(np.diag(error[:n] ** 2) + np.outer(common[:n], common[:n]))
+    sure, left = weight.sum(), ratio[:n] - weight.sum(axis=0) @ ratio[:n] / weight.sum()
+    assert np.log(found.modulus) == pytest.approx(2 * (ratio[:n] - left)[0], abs=1e-9)
+    assert found.pitch_chi2 == pytest.approx(left @ weight @ left)
+    if sag is not None:  # which is off by itself, and by what the mean is
+        assert found.free[3] == pytest.approx(1 - 1 / (sure * error[3] ** 2))
 
 
-@pytest.mark.parametrize(("off", "near"), [(0.008, True), (0.03, False)])
-def test_a_body_is_looked_at_closely_where_all_pitches_are_nearly_its_own(off, near):
-    measured, base = looked_at(PITCH * [1.0, 1.0 + off, 1.0 - off])
-    assert examine._is_near(ground(measured, base)) is near
+def test_a_faint_pole_that_is_none_of_the_bodys_does_not_pass_for_rims():
+    """It is set aside, and the loud ones are left as they are."""
+    _, found = looked_closely_at(PITCH * [1.0, 1.0, 1.05], faint=1)
+    assert found.strange == 1 and abs(found.together) < 0.1
+    assert np.abs(found.pitch_pull[:2]).max() < 0.1
+
+
+def test_a_close_look_trusts_pitches_further_and_shares_what_convergence_leaves():
+    measured, base = looked_at(PITCH)
+    doubt = np.array([0.006, 0.002, 0.004])
+    computed = np.hypot(0.003, 0.5 * doubt)
+    measured = replace(measured, error=np.hypot(computed, [0.0, 0.002, 0.0]))
+    body = SimpleNamespace(modes=SimpleNamespace(frequency=PITCH), seen=lambda data: SHAPES)
+    far = replace(ground(measured, base), body=body, doubt=doubt, computed=computed)
+    close = looked_at_closely(far)
+    own = np.hypot(0.0007, 0.125 * doubt)
+    assert close.measured.error == pytest.approx(np.hypot(own, [0.0, 0.002, 0.0]))
+    assert close.measured.together == pytest.approx([*doubt, 0.0])
+    assert close.base.chi2 == pytest.approx(0.0, abs=1e-9)
+    body.seen = lambda data: SHAPES[:, ::-1]  # no low mode moves as the first one
+    assert looked_at_closely(far) is None
 
 
 @pytest.mark.parametrize(
-    ("names", "told"),
-    [(("graded_stiffness",), "graded_stiffness"), ((), None)],
-    ids=["explains", "explains nothing"],
+    ("off", "faint", "loads", "acting", "near"),
+    [
+        (0.008, 0, (), (), True),
+        (0.03, 0, (), (), False),
+        (0.03, 1, (), (), True),  # that one may be none of the body's
+        (0.008, 0, ("a load",), (), False),
+        (0.008, 0, (), ("contact",), False),
+    ],
+    ids=["near", "far", "a faint one", "laden", "bent"],
 )
-def test_a_close_look_names_what_explains_and_says_nothing_else(names, told, monkeypatch):
-    measured, base = looked_closely_at(PITCH * [1.0, 1.0, 1.005])
-    asked = []
+def test_a_body_is_looked_at_closely_where_loud_pitches_are_nearly_its_own(
+    off, faint, loads, acting, near
+):
+    measured, base = looked_at(PITCH * [1.0, 1.0, 1.0 - off])
+    base = replace(base, frequency=PITCH)
+    case = SimpleNamespace(takes=[SimpleNamespace(loads=loads)])
+    there = replace(ground(replace(measured, faint=faint), base), body=SimpleNamespace(case=case))
+    effects = [SimpleNamespace(name=name, layer="time") for name in acting]
+    verdict = SimpleNamespace(final=SimpleNamespace(law=SimpleNamespace(effects=effects)))
+    assert examine._may_be_near(verdict, there) is near
 
-    def closely(heard, verdict, stiff, sigma, closely=False):
-        asked.append(closely)
-        return ground(measured, base)
 
-    found = Findings("explained" if names else "unexplained", [*({"name": n} for n in names)], [],
-                     [], [])  # fmt: skip
-    monkeypatch.setattr(examine, "ground_of", closely)
-    monkeypatch.setattr(examine, "_moves_otherwise", lambda *_: False)
+@pytest.mark.parametrize(
+    ("verdict", "names", "told"),
+    [
+        ("explained", ["graded_stiffness"], True),
+        ("unexplained", ["graded_stiffness"], False),
+        ("explained", [], False),
+    ],
+)
+def test_a_close_look_names_what_explains_and_says_nothing_else(verdict, names, told, monkeypatch):
+    close = ground(*looked_closely_at(PITCH * [1.0, 1.0, 1.005]))
+    found = Findings(verdict, [{"name": name} for name in names], [], [], [])
+    monkeypatch.setattr(examine, "looked_at_closely", lambda _: close)
     monkeypatch.setattr(examine, "_otherwise", lambda *_: found)
-    answer = examine._closely(None, None, None, None, None)
-    assert asked == [True]
-    assert (answer.effects[0]["name"] if answer else None) == told
-    measured, base = looked_closely_at(PITCH)  # nothing is the matter
-    assert examine._closely(None, None, None, None, None) is None
+    assert examine._closely(*[None] * 5) is (found if told else None)
+    close = ground(*looked_closely_at(PITCH))  # nothing is the matter
+    assert examine._closely(*[None] * 5) is None
+
+
+@pytest.mark.parametrize(
+    ("declared", "weight", "strange", "near", "closer", "told"),
+    [
+        (True, [1], True, True, True, "weight"),
+        (True, [], True, True, True, "strange"),
+        (True, [], False, True, True, "closer"),
+        (True, [], False, True, False, "plain"),
+        (True, [], False, False, True, "plain"),
+        (False, [], False, True, True, "closer"),
+        (False, [1], True, True, False, "otherwise"),
+        (False, [], False, False, True, "otherwise"),
+    ],
+)
+def test_what_is_told_first_of_a_body_that_is_nearly_as_declared(
+    declared, weight, strange, near, closer, told, monkeypatch
+):
+    answers = {
+        "_is_as_declared": declared,
+        "_turned_over": weight,
+        "_changed": "weight",
+        "_may_be_near": near,
+        "_closely": "closer" if closer else None,
+        "_otherwise": "otherwise",
+    }
+    for name, answer in answers.items():
+        monkeypatch.setattr(examine, name, lambda *_, answer=answer: answer)
+    monkeypatch.setattr(
+        examine, "_unless_strange", lambda plain, *_: "strange" if strange else plain
+    )
+    assert examine._compared("plain", None, None, None, None) == told

@@ -59,7 +59,7 @@ from core.sufficiency import (
     sufficient,
 )
 from core.tell import told_sizes
-from core.time_layer import MATERIAL, judge, vetoed
+from core.time_layer import MATERIAL, Candidate, judge, vetoed
 from core.timefit import DONE, _gauged, best_fit, extend, fit, misfits, resized, sharp
 from core.verdict import Verdict
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
@@ -294,35 +294,36 @@ def going_on(tries, bare=None):
     return [one for one, _ in worth(begun_all(tries), bare)[0]]
 
 
-@pytest.mark.parametrize(
-    ("half", "end", "lost"),
-    [(900.0, 1800.0, False), (900.0, 3600.0, True), (900.0, None, True), (np.nan, 3600.0, False)],
-    ids=["tells the rest too", "leaves more there", "comes to nothing", "was not seen by half"],
-)
-def test_a_search_has_lost_its_way_where_the_whole_leaves_more_than_half_did(half, end, lost):
-    stands = Begun(np.zeros((1, 1)), half)
-    found = None if end is None else SimpleNamespace(chi2=end)
-    assert time_layer._has_lost(stands, found) is lost
-
-
-def test_what_led_by_half_and_lost_its_way_is_made_anew_and_the_better_end_kept(monkeypatch):
-    """Two that lead, one of which an end bears out; a third one behind them is left alone."""
-    kind = make_dataclass("Tried", ["name", "start", "effect"], frozen=True, eq=False)
-    start, effect = object(), SimpleNamespace(marched=True)
-    tries = [kind(name, start, effect) for name in ("lost", "sound", "behind")]
+def test_what_led_by_half_and_came_to_nothing_is_made_anew_and_not_once_more(monkeypatch):
+    """Two lead by a hair, one of which an end bears out; a third one behind them is left alone."""
+    kind = make_dataclass("Tried", ["name", "start", "effect", ("anew", bool, False)],
+                          frozen=True, eq=False)  # fmt: skip
+    start, effect = object(), SimpleNamespace(marched=True, name="rub")
+    tries = [kind(name, start, effect) for name in ("sound", "nothing", "behind")]
     halves = [Begun(np.zeros((1, 1)), half) for half in (200.0, 210.0, 900.0)]
     going = list(zip(tries, halves, strict=True))
-    ends = {"lost": 1500.0, "sound": 430.0, "behind": 9e3, "anew": 400.0, "worse": 2e3}
+    ends = {"sound": 430.0, "worse": 2e3, "anew": 400.0}
+
+    def ended(going):
+        found = [SimpleNamespace(chi2=ends[o.name]) if o.name in ends else None for o, _ in going]
+        return [(one, end, False) for (one, _), end in zip(going, found, strict=True)]
+
     monkeypatch.setattr(time_layer, "_anew", lambda one: [
-        replace(one, name="worse"), replace(one, name="anew")])  # fmt: skip
+        replace(one, name=name, anew=True) for name in ("worse", "anew", "nothing too")
+    ])  # fmt: skip
     monkeypatch.setattr(time_layer, "begun_all", lambda tries: [(one, None) for one in tries])
-    monkeypatch.setattr(time_layer, "_ended", lambda going: [
-        (one, SimpleNamespace(chi2=ends[one.name]), False) for one, _ in going])  # fmt: skip
+    monkeypatch.setattr(time_layer, "_ended", ended)
+    monkeypatch.setattr(time_layer, "judge", lambda names, found, start: Candidate(
+        names, found, -found.chi2, 1.0, 1.0
+    ))  # fmt: skip
     done = time_layer._ended_at_last(going)
-    assert [found.chi2 for _, found, _ in done] == [400.0, 430.0, 9e3]
-    assert [one for one, _, _ in done] == tries
-    ends["anew"] = 1600.0
-    assert time_layer._ended_at_last(going)[0][1].chi2 == 1500.0
+    assert [found and found.chi2 for _, found, _ in done] == [430.0, 400.0, None]
+    best = {}
+    time_layer._gather(best, done, start)
+    assert best["rub"].found.chi2 == 400.0 and best["rub"].anew
+    monkeypatch.setattr(time_layer, "stands_in", lambda *_: False)
+    ((same,),) = time_layer._again([([best["rub"]], tries, start)])  # without a look at anything
+    assert same.found is best["rub"].found
 
 
 def test_a_search_that_falls_behind_is_not_ended():
