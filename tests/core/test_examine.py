@@ -275,23 +275,26 @@ def test_a_close_look_trusts_pitches_further_and_shares_what_convergence_leaves(
 
 
 @pytest.mark.parametrize(
-    ("off", "faint", "loads", "acting", "near"),
+    ("off", "more", "loads", "carried", "acting", "near"),
     [
-        (0.008, 0, (), (), True),
-        (0.03, 0, (), (), False),
-        (0.03, 1, (), (), True),  # that one may be none of the body's
-        (0.008, 0, ("a load",), (), False),
-        (0.008, 0, (), ("contact",), False),
+        (0.008, {}, (), None, (), True),
+        (0.03, {}, (), None, (), False),
+        (0.03, {"error": np.array([0.003, 0.003, 0.02])}, (), None, (), True),  # hardly known
+        (0.03, {"faint": 1}, (), None, (), True),  # that one may be none of the body's
+        (0.008, {}, ("a load",), None, (), False),
+        (0.008, {}, (), 1e4, (), False),  # how much its weight is depends on the modulus
+        (0.008, {}, (), None, ("contact",), False),
     ],
-    ids=["near", "far", "a faint one", "laden", "bent"],
+    ids=["near", "far", "unsure", "a faint one", "laden", "heavy", "bent"],
 )
 def test_a_body_is_looked_at_closely_where_loud_pitches_are_nearly_its_own(
-    off, faint, loads, acting, near
+    off, more, loads, carried, acting, near
 ):
     measured, base = looked_at(PITCH * [1.0, 1.0, 1.0 - off])
     base = replace(base, frequency=PITCH)
     case = SimpleNamespace(takes=[SimpleNamespace(loads=loads)])
-    there = replace(ground(replace(measured, faint=faint), base), body=SimpleNamespace(case=case))
+    body = SimpleNamespace(case=case, carried=carried)
+    there = replace(ground(replace(measured, **more), base), body=body)
     effects = [SimpleNamespace(name=name, layer="time") for name in acting]
     verdict = SimpleNamespace(final=SimpleNamespace(law=SimpleNamespace(effects=effects)))
     assert examine._may_be_near(verdict, there) is near
@@ -313,6 +316,9 @@ def test_a_close_look_names_what_explains_and_says_nothing_else(verdict, names, 
     assert examine._closely(*[None] * 5) is (found if told else None)
     close = ground(*looked_closely_at(PITCH))  # nothing is the matter
     assert examine._closely(*[None] * 5) is None
+    odd = replace(close.base, chi2=2.0 * examine._pieces(close))  # but with its shapes
+    close = replace(close, base=odd)
+    assert examine._closely(*[None] * 5) is (found if told else None)
 
 
 @pytest.mark.parametrize(
