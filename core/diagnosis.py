@@ -20,6 +20,7 @@ from .exchange import exchanged_alone
 from .foils import is_broken, weakens
 from .forgotten import more_modes
 from .law import TimeFit
+from .pair import opened
 from .ready import to_their_end, widened
 from .residual import AHEAD, NOISY, QUIET, excess, strays
 from .side_by_side import in_step_by_parts
@@ -135,7 +136,7 @@ def _sharpened(verdict: Verdict) -> Verdict:
 
 
 def _sharp(found: TimeFit) -> TimeFit:
-    return carrying(sharp(found))
+    return carrying(opened(sharp(found)))
 
 
 def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:

@@ -8,7 +8,7 @@ from .match import SPLIT
 from .refit import led, swapped, without
 from .residual import EVIDENCE, NOISY, SHARE, pays
 from .settle import displaced
-from .timefit import best_fit, extend, fit, misfits, walked
+from .timefit import best_fit, extend, fit, misfits, walked, within
 
 LOOKS = 20  # of a search
 TO_THE_END = 100  # of one that may still be on its way
@@ -16,6 +16,7 @@ FORCE = 0.5  # of what that motion leaves, that the force must take to be one
 LEFT = 3.0  # misfit per sample: a free motion that leaves more may stand for anything
 HINT = 0.5  # of that, which its columns could take before anything is searched
 FIRST, HOPE = 6, 2.0  # looks after which one that leaves so many times LEFT is given up
+APART = np.geomspace(0.001, 0.1, 9)  # of its mean, that a split pair's pitches may lie apart
 FURTHER = (0.02, 0.06)  # beyond the gap, from where a pair that is split further is sought
 
 
@@ -62,6 +63,31 @@ def _parts(wider: TimeFit, freer, gap: float) -> bool:
     begins = [theta, *(np.r_[way * (gap + more), theta[1:]] for way in (-1, 1) for more in FURTHER)]
     law, starts = swapped(wider, freer, begins)
     return best_fit(law, starts, evaluations=LOOKS).chi2 < wider.chi2 - EVIDENCE
+
+
+def opened(found: TimeFit) -> TimeFit:
+    """The fit with the two pitches of a pair that is split as far apart as tells most; itself where
+    no effect parts one.
+
+    While they have hardly begun to beat, ever larger swings that cancel do nearly as well the
+    nearer the two lie: a search creeps along that valley and ends where it is.
+    """
+    law = found.law
+    parting = [i for i, effect in enumerate(law.effects) if effect.parts]
+    if not parting:
+        return found
+    a, b, _ = law.sizes()
+    at = a + b + sum(len(theta[0]) for theta in found.theta[: parting[0]])
+    pair, heard = law.setting.pair, law.setting.omega[law.setting.pair] / (2 * np.pi)
+    both = np.log([found.frequency[pair], heard * (1 + found.parameters[at])])
+    starts = np.tile(found.parameters, (2 * len(APART), 1))
+    for p, gap in zip(starts, np.r_[APART, -APART], strict=True):
+        p[pair : a : 2 * law.modes] += both.mean() - gap / 2 - both[0]
+        p[at] = np.exp(both.mean() + gap / 2) / heard - 1
+    starts = within(law, starts)
+    likeliest = starts[np.argsort(misfits(law, starts, found.samples))[:2]]
+    looks = LOOKS if any(effect.marched for effect in law.effects) else TO_THE_END
+    return min(found, best_fit(law, likeliest, evaluations=looks), key=lambda one: one.chi2)
 
 
 def across(found: TimeFit) -> TimeFit:

@@ -40,10 +40,15 @@ def parameters(found: TimeFit, index: int) -> dict:
     setting = as_fitted(found)
     a, b, _ = law.sizes()
     at = a + b + sum(len(t[0]) for t in found.theta[:index])
-    block = found.covariance[at : at + len(theta), at : at + len(theta)] * inflation(found)
+    where = [*range(at, at + len(theta)), *([setting.pair] if effect.parts else [])]
+    block = found.covariance[np.ix_(where, where)] * inflation(found)
     value = effect.report(theta, setting, shape)
     steps = 1e-4 * (1 + np.abs(theta))
-    slopes = {name: np.zeros(len(theta)) for name in value}
+    slopes = {name: np.zeros(len(where)) for name in value}
+    if effect.parts:  # one is told from the other one of the pair, which is fitted along
+        beside = effect.report(theta, _with_pair(setting, 1e-6), shape)
+        for name, other in beside.items():
+            slopes[name][-1] = (other - value[name]) / 1e-6
     for i, step in enumerate(steps[: len(effect.low)]):
         moved = theta.copy()
         moved[i] += step
@@ -69,6 +74,12 @@ def parameters(found: TimeFit, index: int) -> dict:
     own = len(effect.low)
     spread = np.sqrt(np.maximum(np.diag(block), 0))[own : min(len(theta), own + law.modes - 1)]
     return _widened(told, units, _others(effect, theta, (setting, shape, spread)))
+
+
+def _with_pair(setting: Setting, more: float) -> Setting:
+    """The same where the pitch of the mode that has a partner is relatively so much more."""
+    moved = np.arange(len(setting.pitches)) == setting.pair
+    return replace(setting, pitches=setting.pitches * np.exp(more * moved))
 
 
 def as_fitted(found: TimeFit) -> Setting:

@@ -13,7 +13,7 @@ from .carried import carrying
 from .effects.base import FINE, PLACES, Effect
 from .law import TRUST, Law, TimeFit
 from .outset import begin, outsets
-from .pair import across
+from .pair import across, opened
 from .residual import NOISY
 from .side_by_side import in_step_by_parts
 from .simulate import COARSE
@@ -145,7 +145,8 @@ def ended(one: Try, begun: Begun, anew: bool = True) -> TimeFit | None:
             return None
         shares = _shares(one, 1.0)
         found = best_fit(_finely(one.law), _places(one), shares, evaluations=looks, close=close)
-    return carrying(across(found) if effect.force else found)
+    found = across(found) if effect.force else found
+    return carrying(opened(found) if effect.parts else found)
 
 
 def _finely(law: Law) -> Law:

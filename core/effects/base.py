@@ -153,6 +153,7 @@ class Effect:
     sudden: bool = False  # so stiff at some instants that it is always marched in FINE steps
     bends: bool = False  # the pitch, by how far it swings, and about another place otherwise
     grows: bool = False  # with time, so that half of a record hardly shows it
+    parts: bool = False  # a pair that was heard as one: theta[0] is the other's pitch over that
     columns: Callable | None = None
     beside: Callable | None = None
     beside_in: Callable | None = None

@@ -99,6 +99,7 @@ EFFECT = Effect(
     columns=columns,
     of_release=True,
     phased=True,
+    parts=True,
     veto=veto,
     requires=lambda setting, takes: "" if setting.paired else "no degenerate pair",
     report=report,

@@ -423,6 +423,10 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="a pair that is split far has its pitch in the middle",
         ),
         pytest.param(
+            "split_modes", 516752, {"split_modes"}, 1.1,
+            id="a pair that hardly begins to beat is opened",
+        ),
+        pytest.param(
             "rolling_shutter", 67690, {"rolling_shutter"}, 1.2,
             id="a pair's other direction shows once the rows are known to be late",
         ),

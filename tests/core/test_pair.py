@@ -6,18 +6,21 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from core import race as race_of
 from core.data import RingDown
-from core.effects import contact, large_amplitude, steady_drive
+from core.effects import contact, large_amplitude, split_modes, steady_drive
 from core.effects.base import companion
 from core.joint import laid_bare
 from core.match import Match
-from core.pair import across, with_partner
+from core.pair import across, opened, with_partner
+from core.parameters import parameters
 from core.partners import heard_split
 from core.timefit import extend, fit
 from tests.core.test_simulate import AMPLITUDE
 from tests.core.test_timefit import NOISE, SHAPE, TIME, Stop, W, channels, declared, moved, raced
 
 OTHER = np.array([0.8, 0.7, -0.1, 0.4])  # how the markers show the other direction
+ASIDE = np.array([0.1, -0.5, 1.0, 0.7])
 
 
 def aslant(force, other=OTHER):
@@ -77,6 +80,41 @@ def test_nothing_is_taken_across_where_no_force_acts():
     assert [e.name for e in both.law.effects] == ["contact"]
 
 
+def beating(apart, seed):
+    """A split pair let go aslant, `apart` over its mean, 13 swings long: a twelfth of a beat."""
+    fall = np.exp(-0.02 * W * TIME)
+    one, other = (fall * np.cos(W * (1 + way * apart / 2) * TIME) for way in (-1, 1))
+    values = AMPLITUDE * (np.outer(one, SHAPE) + np.outer(other, ASIDE))
+    return values + NOISE * np.random.default_rng(seed).standard_normal(values.shape)
+
+
+def split(values):
+    """The search for a split, and what is told of it."""
+    found = raced(paired(declared(channels(values))), split_modes.EFFECT)
+    return found, parameters(found, 0)["split"]
+
+
+def test_a_pair_that_hardly_begins_to_beat_is_opened_however_a_search_has_left_it(monkeypatch):
+    """Where two swings of one pitch all but cancel, a search creeps."""
+    values = beating(0.007, 0)
+    found, told = split(values)
+    assert found.chi2 < 1.1 * found.samples
+    assert told["value"] == pytest.approx(0.007, rel=0.1)
+    monkeypatch.setattr(race_of, "opened", lambda found: found)
+    left, crept = split(values)
+    assert left.chi2 > found.chi2 and crept["value"] < 0.8 * told["value"]
+    assert opened(left).chi2 == pytest.approx(found.chi2, rel=1e-4)
+    bare = declared(channels(values))
+    assert opened(bare) is bare
+
+
+def test_the_interval_of_a_split_holds_it():
+    """Both pitches are fitted, and neither is known without the other."""
+    told = [split(beating(0.01, seed))[1]["ci95"] for seed in range(20)]
+    assert sum(low < 0.01 < high for low, high in told) >= 18
+    assert np.median([high - low for low, high in told]) < 0.005
+
+
 class Laden:
     """A take that is no other one."""
 
@@ -84,9 +122,6 @@ class Laden:
 
     def __init__(self, take):
         self.recording = take.recording
-
-
-ASIDE = np.array([0.1, -0.5, 1.0, 0.7])
 
 
 @pytest.mark.parametrize(("shape", "is_another"), [(0.4 * ASIDE, True), (SHAPE, False)])
