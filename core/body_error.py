@@ -22,8 +22,8 @@ def body_error(verdict: Verdict, ground: Ground, found: Hypothesis) -> Error:
     own = np.r_[declared.frequency, loud.frequency[K:]]
     heard = np.vstack([declared.shapes, loud.shapes[K:]])
     pulls = found.pitch_pull[: len(found.frequency)]
-    together = loud.together[: len(pulls)]
-    f = own * np.exp(-_beyond(pulls) * loud.error - _beyond(found.together) * together)
+    together = _beyond(found.together) @ loud.together[:, : len(pulls)]
+    f = own * np.exp(-_beyond(pulls) * loud.error - together)
     bent = np.array([mac(a, b) < BENT for a, b in zip(found.shapes, heard, strict=True)])
     shapes = np.where(bent[:, None], found.shapes, heard)
     index = law.fitted[0]
@@ -34,9 +34,9 @@ def body_error(verdict: Verdict, ground: Ground, found: Hypothesis) -> Error:
     return error_of(law.takes, predicted)
 
 
-def _beyond(pull):
-    """What of a pull is not forgiven."""
-    return np.sign(pull) * np.maximum(np.abs(pull) - PULLED, 0)
+def _beyond(pulls: np.ndarray) -> np.ndarray:
+    """(n,) standard deviations, what of the pulls (n,) is not forgiven."""
+    return np.sign(pulls) * np.maximum(np.abs(pulls) - PULLED, 0)
 
 
 def _bound(z: np.ndarray, frequency, shapes, data) -> np.ndarray:

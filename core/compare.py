@@ -41,7 +41,7 @@ class Measured:
     softer: float = 1.0  # static over dynamic stiffness, where a relaxation was found
     sag_error: float = 0.05  # relative: geometry, creep, and where markers were put
     faint: int = 0  # the last so many are faint, and may be none of the body's modes
-    common: np.ndarray | float = 0.0  # (K,) relative, by which all pitches may be off at once
+    common: np.ndarray | None = None  # (q, K) relative, ways in which all may be off at once
 
     @cached_property
     def weight(self) -> np.ndarray:
@@ -50,8 +50,9 @@ class Measured:
 
     @cached_property
     def together(self) -> np.ndarray:
-        """(K + 1,) by which the logarithms of all pitches may be off at once; the sag's is not."""
-        return np.r_[np.zeros_like(self.error) + self.common, 0.0]
+        """(q, K + 1) by which logarithms of all pitches may be off at once; the sag's is not."""
+        none = np.zeros((0, len(self.error)))
+        return np.pad(none if self.common is None else self.common, ((0, 0), (0, 1)))
 
     @cached_property
     def seen(self) -> np.ndarray:
@@ -91,16 +92,16 @@ class Hypothesis:
     shapes: np.ndarray  # (K, C) scaled to the measured ones
     pitch_pull: np.ndarray  # (K,) standard deviations, beyond what all are off by at once; (K + 1,)
     # with that of the sag
+    free: np.ndarray  # the same, share of each pull's variance that the fit leaves it
+    together: np.ndarray  # (q,) standard deviations, by how much all pitches are off at once
     shape_chi2: np.ndarray  # (K,)
     sag: np.ndarray | None = None  # (C,)
     strange: int = 0  # faint modes that are none of the body's; their pulls are the most they cost
-    together: float = 0.0  # standard deviations, by how many all pitches are off at once
-    free: np.ndarray | float = 1.0  # share of each pull's variance that the fit leaves it
 
     @property
     def pitch_chi2(self) -> float:
         """Misfit of the pitches, and the sag."""
-        return float(self.pitch_pull @ self.pitch_pull + self.together**2)
+        return float(self.pitch_pull @ self.pitch_pull + self.together @ self.together)
 
     @property
     def pitches(self) -> np.ndarray:
@@ -197,19 +198,20 @@ def _mixed(modes, wanted, gap, many: float) -> tuple[np.ndarray, float]:
     return part, keep @ part**2
 
 
-def _pulled(ratio: np.ndarray, weight: np.ndarray, together: np.ndarray) -> tuple:
-    """The mean of the logarithms by generalized least squares; how far each is off, in standard
-    deviations, and what share of that one's variance the fit leaves; and how far all are off at
-    once, in those of `together` (n,).
+def _pulled(
+    ratio: np.ndarray, weight: np.ndarray, together: np.ndarray
+) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+    """By generalized least squares the mean of logarithms `ratio` (n,), how far each is off beyond
+    it (n,), in standard deviations, what share of that one's variance the fit leaves (n,), and how
+    far all are off at once (q,), in those of `together` (q, n). weight (n,): 1 / variance.
     """
-    lean = weight * together
-    whole, across, along = weight.sum(), lean.sum(), lean @ together + 1
-    size = whole * along - across**2
-    one, other = weight @ ratio, lean @ ratio
-    mean, share = (along * one - across * other) / size, (whole * other - across * one) / size
-    leverage = weight * (along - 2 * across * together + whole * together**2) / size
-    pull = (ratio - mean - share * together) * np.sqrt(weight)
-    return float(mean), pull, 1 - leverage, float(share)
+    ways = np.vstack([np.ones(len(ratio)), together])
+    weighed = ways * weight
+    inverse = np.linalg.inv(weighed @ ways.T + np.diag([0.0] + [1.0] * len(together)))
+    mean, *shares = inverse @ (weighed @ ratio)
+    pull = (ratio - mean - shares @ together) * np.sqrt(weight)
+    leverage = ((inverse @ ways) * weighed).sum(axis=0)
+    return float(mean), pull, 1 - leverage, np.array(shares)
 
 
 def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
@@ -224,19 +226,19 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
         if size > 0:
             ratio = np.r_[ratio, -0.5 * np.log(size)]
             weight = measured.weight
-    together = measured.together[: len(ratio)]
+    together = measured.together[:, : len(ratio)]
     faint, strange = np.zeros((2, len(ratio)), bool)
     faint[len(chosen) - measured.faint : len(chosen)] = True
-    log_root, pull, free, share = _pulled(ratio, weight, together)
+    log_root, pull, free, shares = _pulled(ratio, weight, together)
     while faint.any():  # the farthest off first, for it draws the others' mean
         off = np.where(faint & ~strange, pull**2 / np.maximum(free, 0.1), 0.0)
         if off.max() <= STRANGE:
             break
         strange[off.argmax()] = True
         left = np.where(strange, 0.0, weight)
-        log_root, pull, free, share = _pulled(ratio, left, together)
+        log_root, pull, free, shares = _pulled(ratio, left, together)
     pull = np.where(strange, np.sqrt(STRANGE), pull)
-    whole = float(pull @ pull) + share**2
+    whole = float(pull @ pull + shares @ shares)
     if not whole < most:
         return None
     modulus = float(np.exp(2 * log_root))
@@ -268,9 +270,9 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
         chosen * np.sqrt(modulus),
         np.array(fitted),
         pull,
+        free,
+        shares,
         np.array(chi2),
         sag,
         int(strange.sum()),
-        share,
-        free,
     )

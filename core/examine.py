@@ -32,7 +32,7 @@ EVIDENCE = 10.0  # gain in BIC (Kass and Raftery 1995: very strong)
 ENOUGH = 0.6  # share of the misfit that an effect of the body must take
 CLEAR = 6.0  # misfit per piece above which no known effect is a finding in itself
 NEARLY = 0.01  # of a pitch, that what changed the body has moved it by, to be looked at closely
-UNSURE = 2.0  # standard deviations, that one which is hardly known may be off by there
+UNSURE = 2.0  # standard deviations, that one which was hardly heard may be off by there
 ODD = (
     1.5  # misfit per piece, shapes and all, from which a body looked at closely may be another one
 )
@@ -83,10 +83,10 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         warnings=sag_lines(ground, ground.base),
         moduli=dict.fromkeys(heard.match.modes, sag_span(ground, ground.base)),
     )
-    return _compared(plain, ground, heard, verdict, stiff)
+    return _told(plain, ground, heard, verdict, stiff)
 
 
-def _compared(plain: Findings, ground: Ground, heard: Heard, verdict: Verdict, stiff) -> Findings:
+def _told(plain: Findings, ground: Ground, heard: Heard, verdict: Verdict, stiff) -> Findings:
     """What is told beside what is `plain` already."""
     declared = _is_as_declared(verdict, ground)
     if declared:
@@ -109,14 +109,14 @@ def _is_as_declared(verdict: Verdict, ground: Ground) -> bool:
 
 
 def _may_be_near(verdict: Verdict, ground: Ground) -> bool:
-    """Whether all loud pitches, as far as they are known, are nearly the declared body's, and no
+    """Whether all loud pitches, as far as they were heard, are nearly the declared body's, and no
     more is open: what acts in time, how a load sits, with what modulus the body bears its weight.
     """
     body, known = ground.body, ground.measured
     if acts(verdict.final) or body.case.takes[0].loads or body.carried:
         return False
     off = np.abs(np.log(known.frequency / ground.base.frequency))
-    near = off < np.maximum(NEARLY, UNSURE * known.error)
+    near = off < np.maximum(NEARLY, UNSURE * ground.unsure)
     return bool(near[: len(near) - known.faint].all())
 
 
@@ -125,10 +125,7 @@ def _closely(plain, ground: Ground, heard: Heard, verdict: Verdict, stiff) -> Fi
     body, as how a lump sits, is little where the change is. None where that explains nothing.
     """
     close = looked_at_closely(ground)
-    if close is None:
-        return None
-    sound = close.base.chi2 < ODD * _pieces(close)
-    if sound and _chance(close.base, close.measured) > DOUBT:
+    if close is None or _chance(close.base, close.measured) > DOUBT:
         return None
     found = _otherwise(plain, close, heard, verdict, stiff)
     return found if found.verdict == "explained" and found.effects else None

@@ -15,13 +15,15 @@ from .joint import Heard
 from .law import TimeFit, replace
 from .match import PAIR
 from .parameters import inflation
+from .sizes import size_slopes
 from .twins import bent, creeps, handed_on, softer, twins
 from .unmatched import LOUD, acts, further_modes, of_the_body, unfolded_mode
 from .verdict import Verdict
 
 CLOSE_FLOOR = 0.0007  # as PITCH_FLOOR, where what all pitches are off by at once is told apart
-TOGETHER, OWN = 2.0, 0.25  # of the error of convergence, that pitches share, and that they do not:
-# at rims and corners no body is as sharp as its mesh, and what that does goes as that error does
+OWN = 0.25  # of the error of convergence, that is each pitch's own there
+TOGETHER = 2.0  # of it, that all share: no rim or corner is as sharp as a mesh has it
+SIZED = 0.002  # of each size along an axis: a tenth of a millimetre in five centimetres
 UNSURE = 2.0  # of a pitch's standard deviation, by which it is off: a faint pole may be two modes
 SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
@@ -43,7 +45,12 @@ class Ground:
     doubt: np.ndarray  # (m,) relative error of an eigenvalue, and of how a load sits
     damping_ratio: np.ndarray  # (K,) of the measured modes, without what acts in time
     pull: np.ndarray | None = None  # (3P,) N, the body's own weight where the sag is known
-    computed: np.ndarray | float = 0.0  # (K,) relative error of a pitch that is the model's
+    computed: np.ndarray | None = None  # (K,) relative error of a pitch that is the model's
+
+    @property
+    def unsure(self) -> np.ndarray:
+        """(K,) relative error of a pitch that is the recording's."""
+        return np.sqrt(np.maximum(self.measured.error**2 - self.computed**2, 0.0))
 
 
 def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
@@ -118,13 +125,14 @@ def _compared(body: Body, data: Channels, measured: Measured, shrink) -> Hypothe
 
 
 def looked_at_closely(ground: Ground) -> Ground | None:
-    """The same where computed pitches are trusted further, but for what rims and corners may do to
-    all of them at once; None as `ground_of` has it.
+    """The same where computed pitches are trusted further, but for what rims, corners and sizes may
+    do to all of them at once; None as `ground_of` has it. Without loads.
     """
-    known, error = ground.measured, 0.5 * ground.doubt[list(ground.base.modes)]
-    rest = np.maximum(known.error**2 - ground.computed**2, 0.0)
-    own = np.sqrt(rest + (OWN * error) ** 2 + CLOSE_FLOOR**2)
-    measured = replace(known, error=own, common=TOGETHER * error)
+    modes = list(ground.base.modes)
+    error = 0.5 * ground.doubt[modes]
+    own = np.sqrt(ground.unsure**2 + (OWN * error) ** 2 + CLOSE_FLOOR**2)
+    common = np.vstack([TOGETHER * error, SIZED * size_slopes(ground.body)[:, modes]])
+    measured = replace(ground.measured, error=own, common=common)
     base = _compared(ground.body, ground.data, measured, ground.shrink)
     return base and replace(ground, measured=measured, base=base)
 

@@ -34,7 +34,7 @@ BESIDE = 4  # names that are tried beside another effect, at most; alone all tha
 EDGE = 0.98  # of how far a pitch may go, from which it is at the bound
 AT_ONCE = 2  # the most promising effects, which race each other only and may settle the rest
 MANY = 24  # starts of a search that is made anew from everywhere
-LEADERS = 2  # of the searches from a fit: by half of the record a hair may part two
+ABREAST = 2.0  # times the least misfit by half of the record, up to which a second search leads too
 MOSTLY = 0.6  # share that the best one must take, for which it is sought anew
 
 
@@ -48,7 +48,7 @@ class Candidate:
     share: float  # of the excess over noise, fitted part; NaN where there is none
     held_share: float  # of the excess over noise, held-out part; NaN where there is none
     outdone: bool = False  # a plainer effect does as well, as things stand
-    anew: bool = False  # found by a search that was made anew from everywhere
+    anew: bool = False  # its search was made anew already
 
     @property
     def confirmed(self) -> bool:
@@ -289,7 +289,7 @@ def _ended_at_last(going: list[tuple[Try, Begun]]) -> list:
     done = _ended(going)
     failed = [n for n in _leaders(going) if done[n][1] is None]
     anew = {other: n for n in failed for other in _anew(going[n][0])}
-    for row in _ended(begun_all(list(anew))):
+    for row in _ended(worth(begun_all(list(anew)))[0]):
         n, (_, found, plainer) = anew[row[0]], row
         before, worse = done[n][1:]
         if found is not None and (before is None or (plainer, found.chi2) < (worse, before.chi2)):
@@ -298,16 +298,20 @@ def _ended_at_last(going: list[tuple[Try, Begun]]) -> list:
 
 
 def _leaders(going: list[tuple[Try, Begun]]) -> list[int]:
-    """Numbers of the searches with a march that leave the least by half of the record, `LEADERS` of
-    those from the same fit; where fewer have got so far, those of the others that promise the most.
+    """Numbers of the searches with a march that leave the least by half of the record, of those
+    from the same fit, and of a next one that is abreast; where none has got so far, of the one that
+    promises most.
     """
     known = {}
     for n, (one, begun) in enumerate(going):
         if one.effect.marched:
-            far = np.isfinite(begun.misfit)
-            rank = (0, begun.misfit) if far else (1, -one.promise.max())
-            known.setdefault(one.start, []).append((*rank, n))
-    return [rank[-1] for some in known.values() for rank in sorted(some)[:LEADERS]]
+            misfit = begun.misfit if np.isfinite(begun.misfit) else np.inf
+            known.setdefault(one.start, []).append((misfit, -one.promise.max(), n))
+    leaders = []
+    for some in known.values():
+        (least, _, first), *others = sorted(some)
+        leaders += [first, *(n for misfit, _, n in others[:1] if misfit < ABREAST * least < np.inf)]
+    return leaders
 
 
 def refuted(found: TimeFit) -> bool:

@@ -296,10 +296,11 @@ def going_on(tries, bare=None):
 
 def test_what_led_by_half_and_came_to_nothing_is_made_anew_and_not_once_more(monkeypatch):
     """Two lead by a hair, one of which an end bears out; a third one behind them is left alone."""
-    kind = make_dataclass("Tried", ["name", "start", "effect", ("anew", bool, False)],
+    kind = make_dataclass("Tried", ["name", "start", "effect", "promise", ("anew", bool, False)],
                           frozen=True, eq=False)  # fmt: skip
     start, effect = object(), SimpleNamespace(marched=True, name="rub")
-    tries = [kind(name, start, effect) for name in ("sound", "nothing", "behind")]
+    promise = np.ones(1)
+    tries = [kind(name, start, effect, promise) for name in ("sound", "nothing", "behind")]
     halves = [Begun(np.zeros((1, 1)), half) for half in (200.0, 210.0, 900.0)]
     going = list(zip(tries, halves, strict=True))
     ends = {"sound": 430.0, "worse": 2e3, "anew": 400.0}
@@ -312,6 +313,7 @@ def test_what_led_by_half_and_came_to_nothing_is_made_anew_and_not_once_more(mon
         replace(one, name=name, anew=True) for name in ("worse", "anew", "nothing too")
     ])  # fmt: skip
     monkeypatch.setattr(time_layer, "begun_all", lambda tries: [(one, None) for one in tries])
+    monkeypatch.setattr(time_layer, "worth", lambda pairs: (pairs, []))
     monkeypatch.setattr(time_layer, "_ended", ended)
     monkeypatch.setattr(time_layer, "judge", lambda names, found, start: Candidate(
         names, found, -found.chi2, 1.0, 1.0
@@ -324,6 +326,25 @@ def test_what_led_by_half_and_came_to_nothing_is_made_anew_and_not_once_more(mon
     monkeypatch.setattr(time_layer, "stands_in", lambda *_: False)
     ((same,),) = time_layer._again([([best["rub"]], tries, start)])  # without a look at anything
     assert same.found is best["rub"].found
+
+
+@pytest.mark.parametrize(
+    ("halves", "promises", "lead"),
+    [
+        ((210.0, 200.0, 220.0), (1.0, 2.0, 3.0), [1, 0]),
+        ((210.0, 90.0, 220.0), (1.0, 2.0, 3.0), [1]),  # the others are far behind
+        ((np.nan, 90.0, np.nan), (1.0, 2.0, 3.0), [1]),
+        ((np.nan, np.nan, np.nan), (1.0, 2.0, 3.0), [2]),
+    ],
+    ids=["abreast", "behind", "one has got so far", "none has"],
+)
+def test_a_second_search_leads_where_it_is_abreast_of_the_first(halves, promises, lead):
+    start, effect = object(), SimpleNamespace(marched=True)
+    going = [
+        (SimpleNamespace(start=start, effect=effect, promise=np.array([p])), Begun(None, half))
+        for half, p in zip(halves, promises, strict=True)
+    ]
+    assert time_layer._leaders(going) == lead
 
 
 def test_a_search_that_falls_behind_is_not_ended():
