@@ -90,18 +90,24 @@ def test_a_change_of_the_body_that_foretells_worse_is_not_named():
     assert not misleads(Error(0.13, 0.06), Error(0.12, 0.9), free)  # what was fitted shows it
 
 
-def body_of(data: Channels, pulls) -> tuple:
-    """A body whose two pitches are off by so many standard deviations of a hundredth each."""
+def body_of(data: Channels, pulls, shares=()) -> tuple:
+    """A body whose two pitches are off by so many standard deviations of a hundredth each, and the
+    first by `shares` of a hundredth that both are off by in some way at once.
+    """
     pitch, shapes = np.array([20.0, 33.0]) / (2 * np.pi), np.array([[1.0, 0.0], [0.0, 1.0]])
     law = SimpleNamespace(modes=2, takes=(data,), fitted=[0])
     declared = SimpleNamespace(
         law=law, frequency=pitch, shapes=shapes, predicted=(np.nan_to_num(data.values),)
     )
-    measured = SimpleNamespace(frequency=pitch, shapes=shapes, error=np.full(2, 0.01))
+    shares, pulls = np.asarray(shares, float), np.asarray(pulls, float)
+    ways = np.tile([0.01, 0.0, 0.0], (len(shares), 1))  # the last one is the sag's
+    measured = SimpleNamespace(
+        frequency=pitch, shapes=shapes, error=np.full(2, 0.01), together=ways
+    )
     ground = SimpleNamespace(data=data, measured=measured, damping_ratio=np.full(2, 1e-6))
-    pulls = np.asarray(pulls, float)
+    off = 0.01 * pulls + [0.01 * shares.sum(), 0.0]
     found = SimpleNamespace(
-        pitch_pull=pulls, frequency=pitch * np.exp(-0.01 * pulls), shapes=shapes
+        pitch_pull=pulls, together=shares, frequency=pitch * np.exp(-off), shapes=shapes
     )
     return SimpleNamespace(damped=declared), ground, found
 
@@ -114,6 +120,9 @@ def test_a_computed_pitch_is_forgiven_what_it_may_be_off_by_and_no_more():
     )  # fmt: skip
     assert within.held_out == pytest.approx(0.0, abs=1e-3)
     assert within.held_out < little.held_out < 0.05 < 0.3 < much.held_out
+    for at_once in ((2.9,), (2.9, -2.9)):
+        assert body_error(*body_of(data, (0.0, 0.0), at_once)).held_out == within.held_out
+    assert body_error(*body_of(data, (0.0, 0.0), (8.0,))).held_out == pytest.approx(much.held_out)
 
 
 @pytest.mark.parametrize(("held", "told"), [(0.0, True), (0.3, False)])
