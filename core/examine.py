@@ -33,9 +33,6 @@ ENOUGH = 0.6  # share of the misfit that an effect of the body must take
 CLEAR = 6.0  # misfit per piece above which no known effect is a finding in itself
 NEARLY = 0.01  # of a pitch, that what changed the body has moved it by, to be looked at closely
 UNSURE = 2.0  # standard deviations, that one which was hardly heard may be off by there
-ODD = (
-    1.5  # misfit per piece, shapes and all, from which a body looked at closely may be another one
-)
 OUTWEIGHS = 4.5  # body's misfit over that in time, above which the latter decides nothing
 DIFFERS = "Pitches, shapes or the sag differ a little from the body's;"
 MANY = 2  # effects in time, beside which a change of the body is a part of what stays unexplained

@@ -44,8 +44,8 @@ class Ground:
     shrink: np.ndarray  # (m,) converged over computed eigenvalues
     doubt: np.ndarray  # (m,) relative error of an eigenvalue, and of how a load sits
     damping_ratio: np.ndarray  # (K,) of the measured modes, without what acts in time
+    computed: np.ndarray  # (K,) relative error of a pitch that is the model's
     pull: np.ndarray | None = None  # (3P,) N, the body's own weight where the sag is known
-    computed: np.ndarray | None = None  # (K,) relative error of a pitch that is the model's
 
     @property
     def unsure(self) -> np.ndarray:
@@ -114,7 +114,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         measured = parted(measured, base.modes, body.modes.frequency, (pair, middle - 1))
         base = _compared(body, data, measured, shrink) or base
     ratios = np.r_[verdict.damped.damping_ratio, [one.damping_ratio for one in further]]
-    return Ground(body, data, measured, base, shrink, sigma, ratios, pull, computed)
+    return Ground(body, data, measured, base, shrink, sigma, ratios, computed, pull)
 
 
 def _compared(body: Body, data: Channels, measured: Measured, shrink) -> Hypothesis | None:

@@ -40,7 +40,7 @@ def suspect(hypothesis, evidence, effect=added_mass.EFFECT, near=(), told=None):
 
 
 def ground(measured, base):
-    return Ground(None, None, measured, base, np.ones(3), np.zeros(3), np.zeros(3))
+    return Ground(None, None, measured, base, np.ones(3), *np.zeros((3, 3)))
 
 
 @pytest.mark.parametrize("declared", [(1.0, 1.0), (0.9, 1.2)])

@@ -44,6 +44,6 @@ def test_a_thickness_that_is_off_by_what_a_rule_misses_is_no_other_body(off, odd
     measured = Measured(real.modes.frequency, few, shapes, some)
     values = (2 * np.pi * body.modes.frequency) ** 2
     base, none = compare(measured, values, shapes), np.zeros(6)
-    far = Ground(body, None, measured, base, np.ones(6), none, none, computed=few)
+    far = Ground(body, None, measured, base, np.ones(6), none, none, few)
     close = looked_at_closely(far)
     assert (examine._chance(close.base, close.measured) < examine.DOUBT) is odd
