@@ -3,34 +3,37 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import chi2 as chi2_law
 
 from .body import Body
-from .body_error import SHOWN, body_error, leaves, mends, misleads
+from .body_error import body_error, leaves, mends, misleads
 from .camera_layer import camera_effects
-from .compare import PIECES, Hypothesis, Measured
+from .doubt import (
+    CLEAR,
+    DOUBT,
+    EVIDENCE,
+    chance_of,
+    is_able,
+    least_chance,
+    mends_all,
+    moves_otherwise,
+    pieces,
+)
 from .effects import MODAL_EFFECTS, added_mass, gravity_preload
 from .findings import Findings
-from .ground import Ground, ground_of, looked_at_closely, moved
+from .ground import Ground, ground_of, looked_at_closely
 from .joint import Heard
 from .law import TimeFit
 from .match import PAIR
 from .modal_layer import Suspect, suspects
 from .residual import FAR_OFF, Error, errors, strays
 from .stranger import strangers, told
-from .sufficiency import ASTRAY, CLEARLY, gained
+from .sufficiency import ASTRAY, CLEARLY
 from .tell_change import mesh_pitches, modulus_spans, ranking, sag_lines, sag_span, told_change
 from .turned import turned, weighs
-from .twins import creeps, softer
-from .unmatched import ADDED, acts
+from .twins import softer
+from .unmatched import acts
 from .verdict import Verdict
 
-DOUBT = 1e-3  # chance below which pitches and shapes do not fit the declared body
-FITS = 0.05  # chance from which they fit a changed one
-SLIGHT = 0.01  # of the motion, rms, and of a pitch, up to which what acts in time is a trifle
-EVIDENCE = 10.0  # gain in BIC (Kass and Raftery 1995: very strong)
-ENOUGH = 0.6  # share of the misfit that an effect of the body must take
-CLEAR = 6.0  # misfit per piece above which no known effect is a finding in itself
 NEARLY = 0.01  # of a pitch, that what changed the body has moved it by, to be looked at closely
 UNSURE = 2.0  # standard deviations, that one which was hardly heard may be off by there
 OUTWEIGHS = 4.5  # body's misfit over that in time, above which the latter decides nothing
@@ -101,8 +104,8 @@ def _told(plain: Findings, ground: Ground, heard: Heard, verdict: Verdict, stiff
 
 
 def _is_as_declared(verdict: Verdict, ground: Ground) -> bool:
-    chance = _chance(ground.base, ground.measured)
-    return chance > DOUBT and not _moves_otherwise(verdict, ground)
+    known = chance_of(ground.base, ground.measured) > DOUBT
+    return known and not moves_otherwise(verdict, ground)
 
 
 def _may_be_near(verdict: Verdict, ground: Ground) -> bool:
@@ -122,7 +125,7 @@ def _closely(plain, ground: Ground, heard: Heard, verdict: Verdict, stiff) -> Fi
     body, as how a lump sits, is little where the change is. None where that explains nothing.
     """
     close = looked_at_closely(ground)
-    if close is None or _chance(close.base, close.measured) > DOUBT:
+    if close is None or chance_of(close.base, close.measured) > DOUBT:
         return None
     found = _otherwise(plain, close, heard, verdict, stiff)
     return found if found.verdict == "explained" and found.effects else None
@@ -130,24 +133,23 @@ def _closely(plain, ground: Ground, heard: Heard, verdict: Verdict, stiff) -> Fi
 
 def _otherwise(plain, ground: Ground, heard: Heard, verdict: Verdict, stiff) -> Findings:
     """What is told where pitches or shapes are not the declared body's."""
-    doubt = _doubt(verdict)
     ranked = _weighed(suspects(ground, _no_suspects(heard.body)), heard, verdict)
     # what acts in time may have bent the shapes beyond knowing which mode is which
     known_apart = not any(e.marched for e in verdict.final.law.effects)
     known_apart = known_apart or _alike(ground.base.modes, heard)
     plain, ground, ranked = _as_declared(plain, ground, ranked, heard, stiff)
-    chance, otherwise = _chance(ground.base, ground.measured), _moves_otherwise(verdict, ground)
+    chance, otherwise = chance_of(ground.base, ground.measured), moves_otherwise(verdict, ground)
     if chance > DOUBT and not otherwise:
         return plain
-    able = [s for s in ranked if _is_able(s, ground)]
-    fits = bool(able) and able[0].hypothesis.chi2 < _pieces(ground)
+    able = [s for s in ranked if is_able(s, ground)]
+    fits = bool(able) and able[0].hypothesis.chi2 < pieces(ground)
     if not fits and chance > DOUBT:
         return _unless_strange(plain, verdict, ground)
     if not known_apart and (not fits or verdict.verdict == "unexplained"):
         return plain
-    mended = able and _mends_all(able[0], ground.base, ground.measured)
+    mended = able and mends_all(able[0], ground.base, ground.measured)
     mended = mended and not _bends(verdict.final)  # which may have bent what it mends
-    if chance > doubt and not otherwise and not mended:
+    if chance > least_chance(verdict) and not otherwise and not mended:
         return _unsure(plain, [(s.effect.name, _as_found(s, plain, heard, stiff)) for s in able])
     return _changed(plain, ground, verdict, ranked, heard, stiff)
 
@@ -158,23 +160,6 @@ def _unless_strange(plain: Findings, verdict: Verdict, ground: Ground) -> Findin
     if not strange:
         return plain
     return replace(plain, verdict="unexplained", warnings=[*plain.warnings, told(strange)])
-
-
-def _moves_otherwise(verdict: Verdict, ground: Ground) -> bool:
-    """Whether shapes alone, which nothing that acts in time has bent, are so far off that what was
-    recorded shows it.
-    """
-    if acts(verdict.final) or ground.base.chi2 < CLEAR * _pieces(ground):
-        return False
-    return any(body_error(verdict, ground, ground.base).over(errors(verdict.damped), SHOWN))
-
-
-def _doubt(verdict: Verdict) -> float:
-    """Chance below which the body is another one: a second cause needs to be clearer, unless the
-    first hardly moves anything, or bends nothing.
-    """
-    slight = not acts(verdict.damped) and _is_slight(verdict)
-    return DOUBT**2 if acts(verdict.final, *ADDED) and not slight else DOUBT
 
 
 def _as_declared(plain, ground: Ground, ranked: list[Suspect], heard: Heard, stiff):
@@ -197,29 +182,16 @@ def _as_declared(plain, ground: Ground, ranked: list[Suspect], heard: Heard, sti
     return plain, replace(ground, base=said.hypothesis), others
 
 
-def _pieces(ground: Ground) -> float:
-    """Pieces of what was measured of the body: a misfit of so much is chance."""
-    K = len(ground.measured.frequency)
-    return K * PIECES + (K - 1) + (ground.pull is not None)
-
-
-def _is_able(one: Suspect, ground: Ground) -> bool:
-    """Whether it is clear, takes enough of the misfit and is surely not nothing."""
-    over = max(ground.base.chi2 - _pieces(ground), 0.0)
-    takes = ground.base.chi2 - one.hypothesis.chi2 > ENOUGH * over
-    return one.evidence > EVIDENCE and takes and not _may_be_nothing(one)
-
-
 def _changed(plain, ground: Ground, verdict: Verdict, ranked, heard: Heard, stiff) -> Findings:
     """What is told of a body that is surely not the declared one; `ranked`: all suspects."""
     base = ground.base
     before = body_error(verdict, ground, base)
-    best = next((s for s in ranked if _is_able(s, ground)), None)
+    best = next((s for s in ranked if is_able(s, ground)), None)
     with_it = best and body_error(verdict, ground, best.hypothesis)
     misfit = (base.pitch_chi2, float(base.shape_chi2.sum()))
     free = errors(verdict.damped)
     mended = bool(best) and mends(with_it, before, free)
-    if not mended and base.chi2 < CLEAR * _pieces(ground):
+    if not mended and base.chi2 < CLEAR * pieces(ground):
         line = f"{DIFFERS} no known effect mends that."
         return replace(plain, warnings=[*plain.warnings, line])
     if not best or misleads(with_it, before, free):
@@ -228,7 +200,7 @@ def _changed(plain, ground: Ground, verdict: Verdict, ranked, heard: Heard, stif
     clear = verdict.verdict != "unexplained" or _outweighs(before, free, verdict)
     clear = clear and _in_time(verdict, mended) < MANY  # so many together tell anything
     astray = strays(verdict.final, ASTRAY if best.effect.nonlinear else FAR_OFF)
-    fits = left <= LEFT and best.hypothesis.chi2 < CLEAR * _pieces(ground)
+    fits = left <= LEFT and best.hypothesis.chi2 < CLEAR * pieces(ground)
     effect = told_change(best, ranked)
     # nobody overlooks a mass larger than the body's: something on it swings by itself
     fits = fits and not added_mass.outweighs([effect], ground.body.bare.mass.sum() / 3)
@@ -299,15 +271,6 @@ def _alike(modes, heard: Heard) -> bool:
     return bool((np.abs(apart) < PAIR).all())
 
 
-def _is_slight(verdict: Verdict) -> bool:
-    """Whether what was found in time hardly shows, moves no pitch, and is no creep, which a sag
-    would show more of.
-    """
-    final, damped = verdict.final, verdict.damped
-    little = gained(damped, final) < SLIGHT and moved(final, damped) < SLIGHT
-    return little and not creeps(verdict)
-
-
 def _weighed(ranked: list[Suspect], heard: Heard, verdict: Verdict) -> list[Suspect]:
     """The suspects, best evidence first, with what takes of the object turned over say."""
     out = [
@@ -331,16 +294,6 @@ def _turned_over(ground: Ground, heard: Heard, verdict: Verdict) -> list[Suspect
     return [s for s in _weighed(suspects(ground, others), heard, verdict) if s.evidence > EVIDENCE]
 
 
-def _chance(body: Hypothesis, measured: Measured) -> float:
-    """That a body as this one shows its pitches so far off, or its sag alone beside them."""
-    pull, K = body.pitch_pull, len(measured.frequency)
-    whole = chi2_law.sf(body.pitch_chi2, max(len(pull) - 1, 1))
-    if len(pull) == K:
-        return float(whole)
-    alone = pull[K] ** 2 / body.free[K]
-    return float(2 * min(whole, chi2_law.sf(alone, 1)))
-
-
 def _bends(final: TimeFit) -> bool:
     """Whether what acts may change shapes and pitches, too: all but what acts on every mode in its
     own shape, as drag and a stiffness that drifts do.
@@ -349,26 +302,9 @@ def _bends(final: TimeFit) -> bool:
     return any(e.acceleration is None for e in acting)
 
 
-def _mends_all(one: Suspect, base: Hypothesis, measured: Measured) -> bool:
-    """Whether it is twice as clear as it must be, and nothing is the matter with it: it leaves no
-    more faint modes aside than the declared body does.
-    """
-    clear = one.evidence > 2 * EVIDENCE and one.hypothesis.strange <= base.strange
-    return clear and _chance(one.hypothesis, measured) > FITS
-
-
 def _no_suspects(body: Body) -> list[str]:
     """Names of changes of the body that are in it already."""
     out = ["gravity_preload"] if body.carried else []
     if body.case.takes[0].loads:  # how these sit would be taken for another mass
         out.append("added_mass")
     return out
-
-
-def _may_be_nothing(suspect: Suspect) -> bool:
-    """Whether its interval holds the value that changes nothing: not even its sign is known."""
-    if suspect.effect.nothing is None:
-        return False
-    name, value = suspect.effect.nothing
-    values = [report[name] for _, report, _ in suspect.near]
-    return min(values) < value < max(values)

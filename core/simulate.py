@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from .effects.base import FINE, Carried, Setting
+from .effects.base import FINE, Carried, Setting, is_one
 from .in_step import asked
 from .march import stepped
 
@@ -117,7 +117,7 @@ def _in_one(group: list[_Asked]):
 
 def _seen(one: _Asked, path, step: float, traces):
     """What `swing` returns, of a march's path (N, 3, K, B) and traces (N, B)."""
-    at = one.time[:1] if len(one.time) > 1 and not np.ptp(one.time, axis=0).any() else one.time
+    at = one.time[:1] if len(one.time) > 1 and is_one(one.time) else one.time
     batch = np.arange(len(one.time))[: len(at), None]
     place = np.minimum((at / step).astype(int), len(path) - 1)
     nearest = np.minimum(np.rint(at / step).astype(int), len(path) - 1)
@@ -181,7 +181,7 @@ def _glide(omega, zeta, start, rest, speeds: bool = True):
 
 def _waves(w, d, rest):
     """exp(-d t) cos(w t) and exp(-d t) sin(w t) (B, T, K) for w, d (B, K) at `rest` (B, T, 1)."""
-    if len(rest) > 1 and not np.ptp(rest, axis=0).any():
+    if len(rest) > 1 and is_one(rest):
         return tuple(np.swapaxes(part, 0, 1) for part in _Waves(w, d).at(rest[0, :, 0]))
     envelope, phase = np.exp(-d[:, None] * rest), w[:, None] * rest
     return envelope * np.cos(phase), envelope * np.sin(phase)

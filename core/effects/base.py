@@ -246,12 +246,17 @@ def as_declared(beside: Callable) -> Callable:
     return columns
 
 
+def is_one(time: np.ndarray) -> bool:
+    """Whether all rows (B, T) are the same, as those of a broadcast array are."""
+    return time.strides[0] == 0 or not np.ptp(time, axis=0).any()
+
+
 def ring(omega: np.ndarray, zeta: np.ndarray, time: np.ndarray) -> np.ndarray:
     """cos and sin (B, T, 2) of a free swing; omega and zeta (B, 1), time (B, T)."""
-    if len(time) > 1 and not np.ptp(time, axis=0).any():  # most of a batch moves something else
-        each, of = np.unique(np.hstack([omega, zeta]), axis=0, return_inverse=True)
+    if len(time) > 1 and is_one(time):  # most of a batch moves something else
+        each, of = np.unique((omega + 1j * zeta)[:, 0], return_inverse=True)
         if len(each) < len(time):
-            return ring(each[:, :1], each[:, 1:], time[: len(each)])[of.ravel()]
+            return ring(each.real[:, None], each.imag[:, None], time[: len(each)])[of]
     phase = omega * np.sqrt(1 - zeta**2) * time
     fall = np.exp(-zeta * omega * time)
     return np.stack([fall * np.cos(phase), fall * np.sin(phase)], axis=2)

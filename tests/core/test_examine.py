@@ -6,20 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core import examine, modulus
+from core import doubt, examine, modulus
 from core import ground as ground_file
 from core.compare import Measured, compare
+from core.doubt import DOUBT, EVIDENCE, is_able, mends_all
 from core.effects import added_mass, compliant_pin, graded_stiffness, gravity_preload
-from core.examine import (
-    DOUBT,
-    EVIDENCE,
-    _as_declared,
-    _in_time,
-    _is_able,
-    _mends_all,
-    _turned_over,
-    _unsure,
-)
+from core.examine import _as_declared, _in_time, _turned_over, _unsure
 from core.findings import Findings
 from core.ground import Ground, looked_at_closely
 from core.modal_layer import Suspect
@@ -71,7 +63,7 @@ def test_beside_what_bends_shapes_a_change_of_the_body_must_mend_all(
     measured, base = looked_at(PITCH * [1.0, 1.1, 0.9])
     _, found = looked_at(PITCH * [1.0, 1.0 + left, 1.0 - left])
     one = suspect(replace(found, strange=strange), evidence)
-    assert _mends_all(one, base, measured) == mends
+    assert mends_all(one, base, measured) == mends
 
 
 @pytest.mark.parametrize(("evidence", "share", "signs", "able"), [
@@ -87,7 +79,7 @@ def test_a_change_of_the_body_is_able_where_it_is_clear_takes_most_and_is_surely
     found = replace(base, chi2=base.chi2 * (1 - share))
     near = [(0.0, {"ratio": ratio}, None) for ratio in signs]
     one = suspect(found, evidence, graded_stiffness.EFFECT, near)
-    assert _is_able(one, ground(measured, base)) == able
+    assert is_able(one, ground(measured, base)) == able
 
 
 def test_what_the_author_declares_of_the_body_is_what_others_are_held_against():
@@ -159,11 +151,11 @@ def test_a_sag_that_is_off_tells_the_clock_that_would_mend_it(clock, named):
     ],
 )
 def test_a_body_is_in_doubt_the_sooner_where_nothing_bends_its_modes(names, most, monkeypatch):
-    monkeypatch.setattr(examine, "_is_slight", lambda verdict: False)
+    monkeypatch.setattr(doubt, "_is_slight", lambda verdict: False)
     effects = [SimpleNamespace(name=name, layer="time") for name in names]
     final = SimpleNamespace(law=SimpleNamespace(effects=effects))
     damped = SimpleNamespace(law=SimpleNamespace(effects=[]))
-    assert examine._doubt(SimpleNamespace(final=final, damped=damped)) == most
+    assert doubt.least_chance(SimpleNamespace(final=final, damped=damped)) == most
 
 
 @pytest.mark.parametrize(
@@ -240,7 +232,7 @@ def test_what_rims_do_to_all_pitches_at_once_is_forgiven_and_as_much_of_one_is_n
     unit = None if sag is None else -np.linspace(0.5, 1.5, 12)
     more = {} if sag is None else {"sag": sag * unit, "sag_error": 0.04}
     measured, found = looked_closely_at(PITCH * np.exp(off), unit, **more)
-    assert (examine._chance(found, measured) > DOUBT) is is_it
+    assert (doubt.chance_of(found, measured) > DOUBT) is is_it
     error, common = measured.weight**-0.5, np.r_[COMMON, 0.0]
     ratio = np.r_[np.log(measured.frequency / PITCH), -0.5 * np.log(sag or 1.0)]
     n = 3 if sag is None else 4

@@ -11,9 +11,9 @@ from core.all_told import damps_alike
 from core.boundary import face_points
 from core.compare import STRANGE, Measured, compare
 from core.data import Material
+from core.doubt import DOUBT, chance_of
 from core.effects import added_mass, compliant_pin, graded_stiffness, poisson_ratio
 from core.elasticity import assemble, hold, lump_operator, lump_radius
-from core.examine import DOUBT, _chance
 from core.ground import parted
 from core.match import mac
 from core.modal_layer import _fit, improved
@@ -201,7 +201,7 @@ def test_a_sag_that_does_not_fit_the_pitches_is_doubted_however_well_these_fit(l
         pitch, np.full(4, 0.006), shapes, np.full((4, 4), 0.02), sag=unit / young * longer
     )
     body = compare(measured, (2 * np.pi * pitch) ** 2 / young, shapes, unit)
-    assert (_chance(body, measured) < DOUBT) == doubted
+    assert (chance_of(body, measured) < DOUBT) == doubted
 
 
 def test_two_modes_may_turn_into_one_another_by_how_near_they_lie():
@@ -243,7 +243,7 @@ def test_a_faint_mode_far_off_its_pitch_moves_nothing():
     assert faint.chi2 == pytest.approx(true.chi2 + STRANGE)
     assert loud.chi2 > 1000 and abs(loud.modulus / true.modulus - 1) > 0.05
     both = replace(heard, faint=2, frequency=own * np.array([1.0, 1.002, 0.9, 0.8]))
-    assert _chance(compare(both, values, shapes), both) < DOUBT  # but two of them are no chance
+    assert chance_of(compare(both, values, shapes), both) < DOUBT  # but two of them are no chance
     near = replace(heard, faint=1, frequency=own * np.array([1.0, 1.002, 0.999, 1.004]))
     assert compare(near, values, shapes).chi2 == pytest.approx(
         compare(replace(near, faint=0), values, shapes).chi2
@@ -259,10 +259,10 @@ def test_what_parts_one_pair_of_a_body_parts_its_other_pairs():
     values = (2 * np.pi * own) ** 2
     doubted = compare(measured, values, shapes)
     told = compare(parted(measured, doubted.modes, own, (0, 0.04)), values, shapes)
-    assert _chance(doubted, measured) < 1e-6 and _chance(told, measured) > 0.05
+    assert chance_of(doubted, measured) < 1e-6 and chance_of(told, measured) > 0.05
     other = replace(measured, frequency=own * np.array([1.0, 1.04, 1.0, 1.0]))
     twisted = compare(parted(other, doubted.modes, own, (0, 0.04)), values, shapes)
-    assert _chance(twisted, other) < 1e-6  # which no pair explains
+    assert chance_of(twisted, other) < 1e-6  # which no pair explains
 
 
 @pytest.mark.parametrize(("pitch", "ratio", "can_be"), [

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core import examine
+from core import doubt
 from core.compare import Measured, compare
 from core.data import Material
 from core.elasticity import assemble, hold_points
@@ -46,4 +46,4 @@ def test_a_thickness_that_is_off_by_what_a_rule_misses_is_no_other_body(off, odd
     base, none = compare(measured, values, shapes), np.zeros(6)
     far = Ground(body, None, measured, base, np.ones(6), none, none, few)
     close = looked_at_closely(far)
-    assert (examine._chance(close.base, close.measured) < examine.DOUBT) is odd
+    assert (doubt.chance_of(close.base, close.measured) < doubt.DOUBT) is odd

@@ -9,9 +9,9 @@ import pytest
 from core import weight
 from core.body import Body, build_body
 from core.data import Material
+from core.doubt import EVIDENCE
 from core.elasticity import assemble, hold_points
 from core.errors import DataError
-from core.examine import EVIDENCE
 from core.turned import weighs
 from core.weight import (
     Tells,
