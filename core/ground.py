@@ -16,6 +16,7 @@ from .law import TimeFit, replace
 from .match import PAIR
 from .parameters import inflation
 from .sizes import size_slopes
+from .turned import sag_between
 from .twins import bent, creeps, handed_on, softer, twins
 from .unmatched import LOUD, acts, further_modes, of_the_body, unfolded_mode
 from .verdict import Verdict
@@ -46,6 +47,7 @@ class Ground:
     damping_ratio: np.ndarray  # (K,) of the measured modes, without what acts in time
     computed: np.ndarray  # (K,) relative error of a pitch that is the model's
     pull: np.ndarray | None = None  # (3P,) N, the body's own weight where the sag is known
+    turned: bool = False  # that is told by takes of the body turned over
 
     @property
     def unsure(self) -> np.ndarray:
@@ -85,16 +87,18 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     noise = data.sigma / np.maximum(swing[:, None], 1e-300) / np.sqrt(samples / 2)
     shape_error = np.sqrt(noise**2 + rest**2 + (SHAPE_FLOOR * size) ** 2)
     shape_error = np.where(data.support, 1e12, shape_error)
-    sag, pull, settled = None, None, SETTLED
+    sag, pull, settled, between = None, None, SETTLED, None
     case = body.case
     if case.shape == "unloaded" and case.takes[0].gravity is not None:
-        offset = final.coefficients[:, final.law.own * final.law.conditions]
-        sag = np.where(data.support, 0.0, offset - data.rest)
+        between = sag_between(final)
+        sag = final.rest() - data.rest if between is None else between
+        sag = np.where(data.support, 0.0, sag)
         pull = gravity_force(body.model, case.takes[0].gravity)
         length = np.ptp(body.model.points, axis=0).max()
         most = np.abs(sag).max() / px_per_metre(data)
         tilt = TILTED * most / length
-        settled = np.hypot(SETTLED, PLACED * length / max(most, 1e-300))
+        if between is None:
+            settled = np.hypot(SETTLED, PLACED * length / max(most, 1e-300))
         shape_error = np.hypot(shape_error, tilt * size)  # it swings about where it hangs
     measured = Measured(
         pitches,
@@ -114,14 +118,27 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         measured = parted(measured, base.modes, body.modes.frequency, (pair, middle - 1))
         base = _compared(body, data, measured, shrink) or base
     ratios = np.r_[verdict.damped.damping_ratio, [one.damping_ratio for one in further]]
-    return Ground(body, data, measured, base, shrink, sigma, ratios, computed, pull)
+    turned = between is not None
+    return Ground(body, data, measured, base, shrink, sigma, ratios, computed, pull, turned)
 
 
 def _compared(body: Body, data: Channels, measured: Measured, shrink) -> Hypothesis | None:
-    values, seen = (2 * np.pi * body.modes.frequency) ** 2 * shrink, body.seen(data)
-    unit = None if measured.sag is None else body.sag(data)
-    found = compare(measured, values, seen, unit)
-    return found and rematched(measured, values, seen, unit, found)
+    values, seen, unit = (2 * np.pi * body.modes.frequency) ** 2, body.seen(data), None
+    if measured.sag is not None:
+        pull = gravity_force(body.model, data.take.gravity)
+        load = np.einsum("pim,pi->m", body.modes.shapes, pull.reshape(-1, 3))
+        unit = converged_sag(body.sag(data), seen, load / values, shrink)
+    found = compare(measured, values * shrink, seen, unit)
+    return found and rematched(measured, values * shrink, seen, unit, found)
+
+
+def converged_sag(sag: np.ndarray, shapes: np.ndarray, held: np.ndarray, shrink) -> np.ndarray:
+    """(C,) a sag as it would be on a mesh that stiffens none of the modes.
+
+    shapes (m, C); held (m,): how much of each mode is in the `sag` (C,); shrink (m,): its converged
+    eigenvalue over its computed one.
+    """
+    return sag + (held * (1 / shrink - 1)) @ shapes
 
 
 def looked_at_closely(ground: Ground) -> Ground | None:

@@ -152,6 +152,11 @@ class TimeFit:
         index = self.law.fitted[take]
         return self.law.takes[index].values - self.predicted[index]
 
+    def rest(self, take: int = 0) -> np.ndarray:
+        """(C,) where the channels come to rest in the fitted take of that number."""
+        law = self.law
+        return self.coefficients[:, law.own * law.conditions + take * (1 + sum(widths(law)))]
+
     def column_shapes(self, take: int = 0) -> list[np.ndarray]:
         """(C, q) of every effect, from fitted take number `take`; q may be 0."""
         law = self.law

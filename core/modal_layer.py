@@ -13,7 +13,7 @@ from .effects import MODAL_EFFECTS
 from .effects.base import Effect, Family
 from .errors import DataError
 from .factorization import factorize
-from .ground import Ground
+from .ground import Ground, converged_sag
 from .side_by_side import side_by_side
 
 LIMIT = 3.84  # rise of chi2 within which a parameter is not told from the best one, 95 %
@@ -274,15 +274,15 @@ def _looker(effect: Effect, family: Family, ground: Ground):
     def solved(theta, most):
         K, M = family.matrices(theta)
         part = family.within(theta) if family.within else np.eye(len(K))
-        count = min(len(ground.shrink), len(K))
+        shrink = ground.shrink[: len(K)]
         # all of them: a few are slower to get, and may not be got where three are equal
-        values, x = (part[..., :count] for part in eigh(K, M))
-        unit = None
+        values, x = (part[..., : len(shrink)] for part in eigh(K, M))
+        shapes, unit = (seen @ (part @ x)).T, None
         if own is not None:
             pull = part.T @ own + (family.weight(theta, gravity) if family.weight else 0)
-            unit = seen @ (part @ np.linalg.solve(K, pull))
-        shapes = (seen @ (part @ x)).T
-        found = compare(measured, values * ground.shrink[:count], shapes, unit, most=most)
+            sag = seen @ (part @ np.linalg.solve(K, pull))
+            unit = converged_sag(sag, shapes, x.T @ pull / values, shrink)
+        found = compare(measured, values * shrink, shapes, unit, most=most)
         if found is None:
             return None, np.inf
         if effect.name == "gravity_preload":  # the modulus that carries the weight is the one found

@@ -161,7 +161,7 @@ def _straight(found: TimeFit) -> float:
     data = law.takes[law.fitted[0]]
     if not np.isfinite(data.quiet).any():
         return STRUCK if data.take.recording.start is not None else STRUCK / 10
-    rest = found.coefficients[:, law.own * law.conditions]
+    rest = found.rest()
     swing = np.linalg.norm(found.motions[0].std(axis=0)[:, None] * found.shapes, axis=0)
     off = np.where(data.support | ~np.isfinite(data.quiet), 0.0, data.quiet - rest)
     return 0.0 if np.linalg.norm(off) > STANDS * np.linalg.norm(swing) else PUSHED

@@ -74,10 +74,9 @@ def sag_lines(ground: Ground, body: Hypothesis) -> list[str]:
     )
     rate = _rate(ground, body)
     if rate != 1:
-        line += (
-            f" A capture rate {rate:.3g} times the declared one would mend that, and so "
-            "would another shape without weight; Young's modulus goes by the pitches."
-        )
+        line += f" A capture rate {rate:.3g} times the declared one would mend that"
+        line += "; " if ground.turned else ", and so would another shape without weight; "
+        line += "Young's modulus goes by the pitches."
     return [line]
 
 

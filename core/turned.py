@@ -1,4 +1,5 @@
-"""What takes of an object turned over say of its weight: hanging it is stiffer, standing softer.
+"""What takes of an object turned over say of its weight: hanging it is stiffer, standing softer,
+and it sags the other way.
 
 Source      Bathe, Finite Element Procedures (1996), 6.2: the initial stress is linear in the load
 """
@@ -46,6 +47,19 @@ def turned(heard: Heard, found: TimeFit) -> dict[int, int]:
         if law.pitch[i] != law.pitch[first] and _is_turned(takes[i], takes[first]):
             seen.setdefault(law.pitch[i], i)
     return seen
+
+
+def sag_between(found: TimeFit) -> np.ndarray | None:
+    """(C,) how far the weight moves the channels, as half of what lies between their places in the
+    first fitted take and in one of the object turned right over, where no shape that was drawn and
+    no marker's place counts; None where there is none.
+    """
+    law = found.law
+    takes = [law.takes[i].take for i in law.fitted]
+    for n, other in enumerate(takes):
+        if _is_turned(other, takes[0]) and np.allclose(other.gravity, -takes[0].gravity):
+            return (found.rest() - found.rest(n)) / 2
+    return None
 
 
 def _is_turned(one: Take, other: Take) -> bool:

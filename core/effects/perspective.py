@@ -94,7 +94,7 @@ def columns(theta, setting, time, u):
 
 def _told(found) -> Nearness | None:
     law = found.law
-    return nearness(law.takes[law.fitted[0]], found.coefficients[:, law.own * law.conditions])
+    return nearness(law.takes[law.fitted[0]], found.rest())
 
 
 def near(found) -> Nearness | None:

@@ -196,6 +196,28 @@ def crossed(folder, hung, gravity=True, sag=0.0):
     return path
 
 
+def test_a_body_turned_over_tells_the_clock_however_its_marker_was_put(tmp_path):
+    """A uniform cantilever sags by 1.545 g/w^2; the sag is seen in true metres, w in false time."""
+    factor, put, true = 1.15, 0.0014, 10.0
+    sag = 1.545 * 9.81 / (2 * np.pi * true) ** 2
+    path = case(tmp_path, lambda t: swing(true / factor, 0.02, 2e-3)(t) + sag - put, 120, 4)
+    (tmp_path / "tracks.csv").rename(tmp_path / "over.csv")
+    case(tmp_path, lambda t: swing(true / factor, 0.02, 2e-3)(t) - sag - put, 120, 4)
+    held = 'gravity = [0, 0, -9.81]\nshape = "unloaded"\ndensity'
+    path.write_text(path.read_text().replace("density", held))
+    alone = calibrate_case(path, elements=300).report
+    over = '[[take]]\ntracks = "over.csv"\ngravity = [0, 0, 9.81]\nheld_out = false\n'
+    path.write_text(path.read_text().replace("[[marker]]", f"{over}[[marker]]"))
+    report = calibrate_case(path, elements=300).report
+    assert alone["diagnosis"]["verdict"] == "adequate"  # the two errors are alike there
+    assert [e["name"] for e in report["diagnosis"]["effects"]] == ["clock"]
+    found = report["diagnosis"]["effects"][0]["parameters"]["factor"]
+    assert found["value"] == pytest.approx(factor, rel=0.03)
+    assert found["ci95"][0] < factor < found["ci95"][1]
+    stiffer = [r["youngs_modulus"]["material"]["value"] for r in (report, alone)]
+    assert stiffer[0] / stiffer[1] == pytest.approx(factor**2, rel=0.06)
+
+
 @pytest.mark.slow
 def test_a_hanging_mass_is_told_by_the_swing_that_it_leaves_alone(tmp_path):
     (tmp_path / "plain").mkdir()

@@ -120,8 +120,9 @@ def test_a_law_of_damping_and_a_needless_split_are_no_effects_beside_a_changed_b
     assert _in_time(verdict, mended) == stay
 
 
+@pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize(("clock", "named"), [(1.02, ""), (1.08, "1.08"), (0.8, "0.8")])
-def test_a_sag_that_is_off_tells_the_clock_that_would_mend_it(clock, named):
+def test_a_sag_that_is_off_tells_the_clock_that_would_mend_it(clock, named, turned):
     """Pitches that are really `clock` times as high make a body as much stiffer: it sags less."""
     channels = SimpleNamespace(
         marker=np.array([0, 1]),
@@ -133,11 +134,13 @@ def test_a_sag_that_is_off_tells_the_clock_that_would_mend_it(clock, named):
         ),
     )
     sag = np.array([-1e-3, -4e-3])
-    seen = SimpleNamespace(data=channels, measured=SimpleNamespace(sag=sag, sag_error=0.05))
+    measured = SimpleNamespace(sag=sag, sag_error=0.05)
+    seen = SimpleNamespace(data=channels, measured=measured, turned=turned)
     body = SimpleNamespace(sag=sag * clock**2)
     (line,) = sag_lines(seen, body)
     assert line.startswith("Sag of tip: 0.004 m measured")
     assert (f"capture rate {named} times" in line) if named else "capture" not in line
+    assert ("another shape without weight" in line) is bool(named and not turned)
     other = clock**2 if named else 1.0  # the modulus that the sag tells, over that of the pitches
     assert sag_span(seen, body) == pytest.approx((min(other, 1.0), max(other, 1.0)))
 

@@ -10,9 +10,11 @@ from core import weight
 from core.body import Body, build_body
 from core.data import Material
 from core.doubt import EVIDENCE
-from core.elasticity import assemble, hold_points
+from core.elasticity import assemble, gravity_force, hold_points, static
 from core.errors import DataError
-from core.turned import weighs
+from core.ground import converged_sag
+from core.modes import solve_modes
+from core.turned import sag_between, weighs
 from core.weight import (
     Tells,
     carries_weight,
@@ -129,6 +131,42 @@ def test_a_strip_turned_over_tells_its_weight_from_what_rings_alike_both_ways(tu
     ]
     assert 0.003 < abs(np.log(stiff[1] / stiff[0])[0]) < 0.006  # so little is clear all the same
     assert weighs(heard, found(*stiff), 4e7) > EVIDENCE
+
+
+@pytest.mark.parametrize(
+    ("gravity", "loads", "known"),
+    [(-9.81, (), True), (-2.0, (), False), (9.81, (), False), (-9.81, ("a mass",), False)],
+)
+def test_a_sag_is_told_between_a_body_and_the_same_body_turned_right_over(gravity, loads, known):
+    down, rest = np.array([9.81, 0.0, 0.0]), [np.array([3.0, 1.0]), np.array([-1.0, 2.0])]
+    other = SimpleNamespace(gravity=gravity / 9.81 * down, loads=loads)
+    takes = [SimpleNamespace(take=SimpleNamespace(gravity=down, loads=())), SimpleNamespace()]
+    takes.append(SimpleNamespace(take=other))  # the one between is held out
+    law = SimpleNamespace(fitted=[0, 2], takes=takes)
+    sag = sag_between(SimpleNamespace(law=law, rest=lambda n=0: rest[n]))
+    assert sag == pytest.approx([2.0, -0.5]) if known else sag is None
+
+
+@pytest.mark.parametrize(("element", "off"), [("p1", 0.3), ("p1_smoothed", 0.005)])
+def test_a_sag_converges_with_the_modes_that_are_in_it(element, off):
+    """Against quadratic elements on a finer mesh, where bending is `off` too stiff or too soft."""
+
+    def sagging(divisions, element):
+        model = assemble(block(divisions, (0.1, 0.015, 0.02)), Material(1000.0, 0.3), element)
+        model = hold_points(model, np.flatnonzero(model.points[:, 0] == 0))
+        modes = solve_modes(model, 6)
+        tip = np.argmin(np.linalg.norm(model.points - [0.1, 0.0075, 0.02], axis=1))
+        weight = gravity_force(model, np.array([0.0, 0.0, -9.81]))
+        values = (2 * np.pi * modes.frequency) ** 2
+        held = np.einsum("pim,pi->m", modes.shapes, weight.reshape(-1, 3)) / values
+        sag = static(model, weight, 1.0).reshape(-1, 3)[tip, 2:]
+        return sag, modes.shapes[tip, 2:].T, held, values
+
+    coarse, shapes, held, values = sagging((12, 3, 3), element)
+    (fine,), *_, converged = sagging((16, 4, 4), "p2")
+    assert abs(coarse[0] - fine) > off * abs(fine)
+    corrected = converged_sag(coarse, shapes, held, converged / values)
+    assert abs(corrected[0] - fine) < 0.1 * abs(coarse[0] - fine)
 
 
 def tells(share, stiff=0.0, *, young=YOUNG, carried=YOUNG, stiff_sigma=0.0):
