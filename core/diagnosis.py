@@ -29,6 +29,7 @@ from .sufficiency import (
     CLEARLY_BOTH,
     ENOUGH,
     adds,
+    at_a_bound,
     bends_the_body,
     fails,
     gained,
@@ -112,10 +113,10 @@ def _if_all_told(verdict: Verdict) -> Verdict:
 
 def _lacks(verdict: Verdict) -> bool:
     """Whether what was found owes an explanation of what it leaves, two effects sooner, or tells
-    that only in another body.
+    that only in another body, or as strong as nothing is.
     """
-    clearly = CLEARLY if len(verdict.effects) < 2 else CLEARLY_BOTH
-    return owes(verdict.final, verdict.chain[0][1], clearly) or bends_the_body(verdict.final)
+    clearly, final = CLEARLY if len(verdict.effects) < 2 else CLEARLY_BOTH, verdict.final
+    return owes(final, verdict.chain[0][1], clearly) or bends_the_body(final) or at_a_bound(final)
 
 
 def _sharpened(verdict: Verdict) -> Verdict:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from .ground import Ground
+from .match import dies_alike
 from .unmatched import FOLDS, REACH, further_modes
 from .verdict import Verdict
 
@@ -16,13 +17,18 @@ def strangers(verdict: Verdict, ground: Ground) -> list[float]:
     rate = 1 / ground.data.frame
     folded = np.abs(np.add.outer(np.arange(-FOLDS, FOLDS + 1) * rate, own))
     doubt = ground.doubt * own  # Hz: a fold moves as far as the mode does
-    heard = [one.frequency for one in further_modes(verdict) if one.loud > AUDIBLE]
-    return [
-        f
-        for f in heard
+    first = verdict.final.frequency[0], None, verdict.final.damping_ratio[0]
+
+    def is_strange(one):
         # twice what a pitch may be off by, as half an eigenvalue
-        if f < REACH * own.max() and (np.abs(folded - f) - doubt).min() > STRANGE * f
-    ]
+        near = np.abs(folded - one.frequency) - doubt <= STRANGE * one.frequency
+        return not any(
+            fold == FOLDS or dies_alike(one.frequency, one.damping_ratio, own[j], first)
+            for fold, j in np.argwhere(near)
+        )
+
+    heard = [one for one in further_modes(verdict) if one.loud > AUDIBLE]
+    return [f for one in heard if (f := one.frequency) < REACH * own.max() and is_strange(one)]
 
 
 def told(pitches: list[float]) -> str:

@@ -7,7 +7,7 @@ from .foretold import doubt
 from .law import TRUST, TimeFit
 from .refit import without
 from .residual import AHEAD, NOISY, errors, excess, misfit, noise_share, strays
-from .time_layer import MATERIAL, Candidate, judge, refuted
+from .time_layer import EDGE, MATERIAL, Candidate, judge, refuted
 
 ENOUGH = 0.80  # share of the excess that one effect must take to be the explanation
 ENOUGH_HELD = 0.70  # the same on held-out samples
@@ -38,6 +38,14 @@ def bends_the_body(found: TimeFit) -> bool:
     on that is none of what was fitted, however little is left.
     """
     return bool((found.sizes_off[loud(found)] > BENT).any())
+
+
+def at_a_bound(found: TimeFit) -> bool:
+    """Whether an effect is as strong as it may be: what needs more of it is something else."""
+    return any(
+        effect.scales and not EDGE * effect.low[0] < theta[0][0] < EDGE * effect.high[0]
+        for effect, theta in zip(found.law.effects, found.theta, strict=True)
+    )
 
 
 def loud(found: TimeFit) -> np.ndarray:

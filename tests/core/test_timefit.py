@@ -52,6 +52,7 @@ from core.simulate import COARSE, swing
 from core.sufficiency import (
     ENOUGH,
     adds,
+    at_a_bound,
     bends_the_body,
     counts_second,
     gained,
@@ -728,6 +729,27 @@ def test_what_fits_only_in_another_body_is_no_explanation(mass, bends):
     told = _if_all_told(Verdict("explained", chain, (one,), ((),), (), ()))
     assert told.verdict == ("unexplained" if bends else "explained")
     assert bends_the_body(found) is bends
+
+
+@pytest.mark.parametrize(
+    ("effect", "theta", "beyond"),
+    [
+        (large_amplitude.EFFECT, (0.9, 4.0), False),
+        (large_amplitude.EFFECT, (1.499, 0.0), True),
+        (large_amplitude.EFFECT, (-0.999, 0.0), True),
+        (stiffness_drift.EFFECT, (-0.5999, 0.0), True),
+        (contact.ABOVE, (contact.ABOVE.high[0], 0.0), False),  # where it sits, no strength
+    ],
+)
+def test_what_must_be_as_strong_as_nothing_is_is_no_explanation(effect, theta, beyond):
+    found = SimpleNamespace(law=SimpleNamespace(effects=[effect]), theta=[np.array([theta])])
+    assert at_a_bound(found) is beyond
+    chain = ((None, None), (effect.name, found))
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("owes", "bends_the_body"):
+            patch.setattr(diagnosis, name, lambda *_: False)
+        told = diagnosis._if_all_told(Verdict("explained", chain, (None,), ((),), (), ()))
+    assert told.verdict == ("unexplained" if beyond else "explained")
 
 
 @pytest.mark.parametrize(("damping_ratio", "is_none"), [(0.3, False), (0.6, True)])

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from core import stranger
 from core.unmatched import LOUD, FurtherMode, of_the_body, unfolded_mode
 
 
@@ -97,3 +98,27 @@ def test_a_further_mode_is_unfolded_where_it_is_like_the_folded_one_alone(shape,
     found = unfolded_mode(one, np.eye(3), body, final)
     assert found.frequency == pytest.approx(true, rel=5e-3)
     assert found.frequency * found.damping_ratio == pytest.approx(seen_at * z)
+
+
+@pytest.mark.parametrize(
+    ("seen_at", "damping_ratio", "strange"),
+    [(5.8, 0.04, True), (5.8, 0.2, False), (8.2, 0.04, False), (4.5, 0.2, True)],
+    ids=["dies too slowly for a fold", "a fold", "the body's own", "neither"],
+)
+def test_a_stranger_is_no_fold_of_what_would_have_to_die_otherwise(
+    monkeypatch, seen_at, damping_ratio, strange
+):
+    """A mode at 234.2 Hz, known to 0.5 Hz, is seen at 5.8 with 240 frames/s."""
+    body = SimpleNamespace(modes=SimpleNamespace(frequency=np.array([3.6, 8.4, 234.2])))
+    ground = SimpleNamespace(
+        body=body,
+        data=SimpleNamespace(frame=1 / 240),
+        base=SimpleNamespace(modulus=1.0),
+        shrink=np.ones(3),
+        doubt=np.full(3, 0.002),
+    )
+    final = SimpleNamespace(frequency=np.array([3.6]), damping_ratio=np.array([0.02]))
+    one = FurtherMode(seen_at, damping_ratio, np.ones(3), 1e-3, 0.2, 4)
+    monkeypatch.setattr(stranger, "further_modes", lambda verdict: [one])
+    found = stranger.strangers(SimpleNamespace(final=final), ground)
+    assert found == ([seen_at] if strange else [])
