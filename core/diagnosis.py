@@ -115,8 +115,10 @@ def _lacks(verdict: Verdict) -> bool:
     """Whether what was found owes an explanation of what it leaves, two effects sooner, or tells
     that only in another body, or as strong as nothing is.
     """
-    clearly, final = CLEARLY if len(verdict.effects) < 2 else CLEARLY_BOTH, verdict.final
-    return owes(final, verdict.chain[0][1], clearly) or bends_the_body(final) or at_a_bound(final)
+    clearly = CLEARLY if len(verdict.effects) < 2 else CLEARLY_BOTH
+    final, declared = verdict.final, verdict.chain[0][1]
+    owing = owes(final, declared, clearly)
+    return owing or bends_the_body(final) or bool(at_a_bound(final, declared))
 
 
 def _sharpened(verdict: Verdict) -> Verdict:

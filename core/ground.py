@@ -93,12 +93,12 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         between = sag_between(final)
         sag = final.rest() - data.rest if between is None else between
         sag = np.where(data.support, 0.0, sag)
-        pull = gravity_force(body.model, case.takes[0].gravity)
+        pull = gravity_force(body.model, data.take.gravity)
         length = np.ptp(body.model.points, axis=0).max()
         most = np.abs(sag).max() / px_per_metre(data)
         tilt = TILTED * most / length
-        if between is None:
-            settled = np.hypot(SETTLED, PLACED * length / max(most, 1e-300))
+        placed = PLACED if between is None else PLACED / 2  # it was put back by hand
+        settled = np.hypot(SETTLED, placed * length / max(most, 1e-300))
         shape_error = np.hypot(shape_error, tilt * size)  # it swings about where it hangs
     measured = Measured(
         pitches,

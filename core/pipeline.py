@@ -34,6 +34,7 @@ from .side_by_side import meanwhile
 from .signatures import budget
 from .stiffening import converged_eigenvalues, moved, stiffening
 from .tell import (
+    told_bounds,
     told_claim,
     told_diagnosis,
     told_error,
@@ -188,6 +189,7 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
             "budget": findings.budget(budget((heard.far or heard).declared)),
         },
     )
+    doubts = told_sizes(final), told_bounds(final, first)
     without = told_without(
         [effect["name"] for effect in told["effects"]],
         (young.without, young.material.value),
@@ -216,7 +218,7 @@ def _report(case, mesh, heard: Heard, verdict: Verdict, findings, solved) -> dic
         "warnings": [
             *findings.warnings,
             *_foretold_elsewhere(final),
-            *filter(None, [told_sizes(final) if findings.verdict == "unexplained" else ""]),
+            *filter(None, doubts if findings.verdict == "unexplained" else ()),
             *filter(None, [without, told_claim(case.claimed_youngs_modulus, young.material)]),
             *filter(None, [added_mass.told(told["effects"], heard.body.bare.mass.sum() / 3)]),
             *filter(None, [mesh_stiffening.told(stiff, heard.match.modes, true)]),

@@ -17,13 +17,16 @@ def strangers(verdict: Verdict, ground: Ground) -> list[float]:
     rate = 1 / ground.data.frame
     folded = np.abs(np.add.outer(np.arange(-FOLDS, FOLDS + 1) * rate, own))
     doubt = ground.doubt * own  # Hz: a fold moves as far as the mode does
-    first = verdict.final.frequency[0], None, verdict.final.damping_ratio[0]
+    seen, true = verdict.final.frequency[0], ground.measured.frequency[0]
+    first = true, None, verdict.final.damping_ratio[0] * seen / true  # as it is, not folded
 
     def is_strange(one):
         # twice what a pitch may be off by, as half an eigenvalue
         near = np.abs(folded - one.frequency) - doubt <= STRANGE * one.frequency
         return not any(
-            fold == FOLDS or dies_alike(one.frequency, one.damping_ratio, own[j], first)
+            fold == FOLDS
+            or not first[2]
+            or dies_alike(one.frequency, one.damping_ratio, own[j], first)
             for fold, j in np.argwhere(near)
         )
 

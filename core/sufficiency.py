@@ -40,12 +40,17 @@ def bends_the_body(found: TimeFit) -> bool:
     return bool((found.sizes_off[loud(found)] > BENT).any())
 
 
-def at_a_bound(found: TimeFit) -> bool:
-    """Whether an effect is as strong as it may be: what needs more of it is something else."""
-    return any(
-        effect.scales and not EDGE * effect.low[0] < theta[0][0] < EDGE * effect.high[0]
+def at_a_bound(found: TimeFit, declared: TimeFit) -> list[str]:
+    """Names of the effects, beyond the declared ones, that may act either way and are as strong as
+    they may be: what needs more of one is something else.
+    """
+    return [
+        effect.name
         for effect, theta in zip(found.law.effects, found.theta, strict=True)
-    )
+        if effect.scales
+        and effect not in declared.law.effects
+        and not EDGE * effect.low[0] < theta[0][0] < EDGE * effect.high[0]
+    ]
 
 
 def loud(found: TimeFit) -> np.ndarray:

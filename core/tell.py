@@ -12,7 +12,7 @@ from .match import ACROSS, likeness
 from .parameters import inflation, parameters
 from .report import estimate, estimate_of
 from .residual import Error, errors, noise_share
-from .sufficiency import bends_the_body, loud
+from .sufficiency import at_a_bound, bends_the_body, loud
 from .verdict import Verdict, probabilities, probability
 
 
@@ -186,6 +186,14 @@ def told_sizes(found: TimeFit) -> str:
         f"What was found fits only where modes move {100 * off:.0f}% more or less than the body's "
         "do: something else acts, or mesh, density or pins are not the object's."
     )
+
+
+def told_bounds(found: TimeFit, declared: TimeFit) -> str:
+    """Which of what was found would have to be as strong as nothing is; empty where none would."""
+    beyond = at_a_bound(found, declared)
+    if not beyond:
+        return ""
+    return f"{' and '.join(beyond)} would have to be as strong as nothing is: something else acts."
 
 
 def told_without(names: list[str], modulus: tuple, damping: tuple) -> str:

@@ -75,8 +75,8 @@ def sag_lines(ground: Ground, body: Hypothesis) -> list[str]:
     rate = _rate(ground, body)
     if rate != 1:
         line += f" A capture rate {rate:.3g} times the declared one would mend that"
-        line += "; " if ground.turned else ", and so would another shape without weight; "
-        line += "Young's modulus goes by the pitches."
+        other = "place of one of the takes" if ground.turned else "shape without weight"
+        line += f", and so would another {other}; Young's modulus goes by the pitches."
     return [line]
 
 

@@ -15,6 +15,7 @@ from .parameters import inflation
 
 FLOOR = 0.001  # relative error of a shift of pitch that no fit sees: a warmer room, another hold
 UNSURE = 0.1  # of a computed shift
+ALIKE = 0.005  # of a pitch, and so nearly of a sag, up to which the weight changes no stiffness
 
 
 def weighs(heard: Heard, found: TimeFit, modulus: float) -> float:
@@ -52,12 +53,14 @@ def turned(heard: Heard, found: TimeFit) -> dict[int, int]:
 def sag_between(found: TimeFit) -> np.ndarray | None:
     """(C,) how far the weight moves the channels, as half of what lies between their places in the
     first fitted take and in one of the object turned right over, where no shape that was drawn and
-    no marker's place counts; None where there is none.
+    no marker's place counts; None where there is none, or where it rings otherwise: there its
+    weight stiffens it one way and softens it the other, and it sags less and more.
     """
     law = found.law
     takes = [law.takes[i].take for i in law.fitted]
     for n, other in enumerate(takes):
-        if _is_turned(other, takes[0]) and np.allclose(other.gravity, -takes[0].gravity):
+        over = _is_turned(other, takes[0]) and np.allclose(other.gravity, -takes[0].gravity)
+        if over and abs(np.log(found.pitches(n) / found.pitches(0))[found.loudest]) < ALIKE:
             return (found.rest() - found.rest(n)) / 2
     return None
 

@@ -7,14 +7,18 @@ import numpy as np
 import pytest
 
 from core.body import build_body
+from core.compare import Measured
 from core.data import Load, Material
+from core.effects import contact
+from core.effects.further_mode import further_mode
 from core.elasticity import assemble, hold_points
 from core.elsewhere import elsewhere, unsure
+from core.ground import _compared
 from core.law import Elsewhere
 from core.pipeline import calibrate_case
 from core.residual import errors, noise_share, strays
 from core.sufficiency import fails
-from core.timefit import fit
+from core.timefit import extend, fit
 from tests.core.solids import block
 from tests.core.test_timefit import AMPLITUDE, NOISE, SHAPE, TIME, channels, declared, moved
 from tests.truth import make
@@ -139,6 +143,31 @@ def test_what_is_turned_over_swings_as_the_body_says(told, far):
     error, noise = errors(found).held_out, noise_share(law.takes, True)
     assert (error < 1.5 * noise) == told
     assert error < 1.5 * noise or error > 0.5
+
+
+def test_where_every_take_rests_is_known_beside_what_else_each_holds():
+    one, other = 3e-3 * np.arange(4.0), -2e-3 * np.ones(4)
+    takes = [swinging(5.0, AMPLITUDE * SHAPE, offset, n) for n, offset in enumerate((one, other))]
+    found = declared(*takes, condition=(0, 0))
+    law, start = extend(found, (further_mode(11.0, 0.02), contact.ABOVE), [(0.0, 0.02), (0.9, 0)])
+    for told in (found, fit(law, start)):
+        assert told.rest() == pytest.approx(one, abs=NOISE)
+        assert told.rest(1) == pytest.approx(other, abs=NOISE)
+
+
+def test_a_sag_and_a_pitch_tell_one_modulus_on_a_mesh_that_stiffens_both(bar):
+    data, body = seen(bar)
+    values, shrink, young = (2 * np.pi * body.modes.frequency) ** 2, 0.8, 3e5
+    pitch = np.sqrt(shrink * values[:1] * young) / (2 * np.pi)
+    sag = body.sag(data) / shrink / young  # a fifth softer, and sags a quarter more
+    shapes = body.seen(data)[:1]
+    measured = Measured(
+        pitch, np.full(1, 0.003), shapes, np.full(shapes.shape, 1e-3), sag, 1.0, 0.03
+    )
+    told = _compared(body, data, measured, np.full(len(values), shrink))
+    assert told.modulus == pytest.approx(young, rel=0.003)
+    assert told.sag == pytest.approx(sag, abs=0.01 * np.linalg.norm(sag))
+    assert np.abs(told.pitch_pull).max() < 0.3
 
 
 def test_what_is_doubted_is_forgiven_and_no_more():

@@ -59,7 +59,7 @@ from core.sufficiency import (
     owes,
     sufficient,
 )
-from core.tell import told_sizes
+from core.tell import told_bounds, told_sizes
 from core.time_layer import MATERIAL, Candidate, judge, vetoed
 from core.timefit import DONE, _gauged, best_fit, extend, fit, misfits, resized, sharp
 from core.verdict import Verdict
@@ -743,8 +743,11 @@ def test_what_fits_only_in_another_body_is_no_explanation(mass, bends):
 )
 def test_what_must_be_as_strong_as_nothing_is_is_no_explanation(effect, theta, beyond):
     found = SimpleNamespace(law=SimpleNamespace(effects=[effect]), theta=[np.array([theta])])
-    assert at_a_bound(found) is beyond
-    chain = ((None, None), (effect.name, found))
+    bare = SimpleNamespace(law=SimpleNamespace(effects=[]))
+    assert at_a_bound(found, bare) == ([effect.name] if beyond else [])
+    assert not at_a_bound(found, found)  # declared, it is no finding
+    assert bool(told_bounds(found, bare)) is beyond
+    chain = ((None, bare), (effect.name, found))
     with pytest.MonkeyPatch.context() as patch:
         for name in ("owes", "bends_the_body"):
             patch.setattr(diagnosis, name, lambda *_: False)

@@ -101,12 +101,19 @@ def test_a_further_mode_is_unfolded_where_it_is_like_the_folded_one_alone(shape,
 
 
 @pytest.mark.parametrize(
-    ("seen_at", "damping_ratio", "strange"),
-    [(5.8, 0.04, True), (5.8, 0.2, False), (8.2, 0.04, False), (4.5, 0.2, True)],
-    ids=["dies too slowly for a fold", "a fold", "the body's own", "neither"],
+    ("seen_at", "damping_ratio", "first", "strange"),
+    [
+        (5.8, 0.04, 0.02, True),
+        (5.8, 0.2, 0.02, False),
+        (5.8, 0.04, 0.0, False),
+        (5.8, 0.04, 0.002, False),
+        (8.2, 0.04, 0.02, False),
+        (4.5, 0.2, 0.02, True),
+    ],
+    ids=["dies too slowly for a fold", "a fold", "none dies", "all do", "its own", "neither"],
 )
 def test_a_stranger_is_no_fold_of_what_would_have_to_die_otherwise(
-    monkeypatch, seen_at, damping_ratio, strange
+    monkeypatch, seen_at, damping_ratio, first, strange
 ):
     """A mode at 234.2 Hz, known to 0.5 Hz, is seen at 5.8 with 240 frames/s."""
     body = SimpleNamespace(modes=SimpleNamespace(frequency=np.array([3.6, 8.4, 234.2])))
@@ -114,11 +121,26 @@ def test_a_stranger_is_no_fold_of_what_would_have_to_die_otherwise(
         body=body,
         data=SimpleNamespace(frame=1 / 240),
         base=SimpleNamespace(modulus=1.0),
+        measured=SimpleNamespace(frequency=np.array([3.6])),
         shrink=np.ones(3),
         doubt=np.full(3, 0.002),
     )
-    final = SimpleNamespace(frequency=np.array([3.6]), damping_ratio=np.array([0.02]))
+    final = SimpleNamespace(frequency=np.array([3.6]), damping_ratio=np.array([first]))
     one = FurtherMode(seen_at, damping_ratio, np.ones(3), 1e-3, 0.2, 4)
     monkeypatch.setattr(stranger, "further_modes", lambda verdict: [one])
     found = stranger.strangers(SimpleNamespace(final=final), ground)
     assert found == ([seen_at] if strange else [])
+
+
+def test_beside_a_folded_mode_a_fold_is_no_stranger(monkeypatch):
+    """228 and 200 Hz, both with a damping ratio of 0.005, at 240 frames/s."""
+    body = SimpleNamespace(modes=SimpleNamespace(frequency=np.array([228.0, 200.0, 300.0])))
+    kept = {"data": SimpleNamespace(frame=1 / 240), "base": SimpleNamespace(modulus=1.0)}
+    kept |= {"shrink": np.ones(3), "doubt": np.full(3, 0.002)}
+    ground = SimpleNamespace(
+        body=body, measured=SimpleNamespace(frequency=np.array([228.0])), **kept
+    )
+    seen = SimpleNamespace(frequency=np.array([12.0]), damping_ratio=np.array([0.005 * 228 / 12]))
+    one = FurtherMode(40.0, 0.005 * 200 / 40, np.ones(3), 1e-3, 0.2, 4)
+    monkeypatch.setattr(stranger, "further_modes", lambda verdict: [one])
+    assert stranger.strangers(SimpleNamespace(final=seen), ground) == []

@@ -134,16 +134,26 @@ def test_a_strip_turned_over_tells_its_weight_from_what_rings_alike_both_ways(tu
 
 
 @pytest.mark.parametrize(
-    ("gravity", "loads", "known"),
-    [(-9.81, (), True), (-2.0, (), False), (9.81, (), False), (-9.81, ("a mass",), False)],
+    ("gravity", "loads", "pitch", "known"),
+    [
+        (-9.81, (), 7.01, True),
+        (-9.81, (), 7.1, False),  # it hangs, and stands
+        (-2.0, (), 7.01, False),
+        (9.81, (), 7.01, False),
+        (-9.81, ("a mass",), 7.01, False),
+    ],
 )
-def test_a_sag_is_told_between_a_body_and_the_same_body_turned_right_over(gravity, loads, known):
+def test_a_sag_is_told_between_a_body_and_the_same_body_turned_right_over(
+    gravity, loads, pitch, known
+):
     down, rest = np.array([9.81, 0.0, 0.0]), [np.array([3.0, 1.0]), np.array([-1.0, 2.0])]
     other = SimpleNamespace(gravity=gravity / 9.81 * down, loads=loads)
     takes = [SimpleNamespace(take=SimpleNamespace(gravity=down, loads=())), SimpleNamespace()]
     takes.append(SimpleNamespace(take=other))  # the one between is held out
     law = SimpleNamespace(fitted=[0, 2], takes=takes)
-    sag = sag_between(SimpleNamespace(law=law, rest=lambda n=0: rest[n]))
+    pitches = np.array([[3.0, 7.0], [4.0, pitch]])  # of which the first is faint
+    found = {"rest": lambda n=0: rest[n], "pitches": lambda n: pitches[n], "loudest": 1}
+    sag = sag_between(SimpleNamespace(law=law, **found))
     assert sag == pytest.approx([2.0, -0.5]) if known else sag is None
 
 
