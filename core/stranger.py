@@ -24,7 +24,7 @@ def strangers(verdict: Verdict, ground: Ground) -> list[float]:
         # twice what a pitch may be off by, as half an eigenvalue
         near = np.abs(folded - one.frequency) - doubt <= STRANGE * one.frequency
         return not any(
-            fold == FOLDS
+            fold == FOLDS  # its own pitch, not folded
             or not first[2]
             or dies_alike(one.frequency, one.damping_ratio, own[j], first)
             for fold, j in np.argwhere(near)
