@@ -145,11 +145,8 @@ def heard_by(ground: Recorded, whole: tuple) -> Heard:
 
 def _listened(body: Body, find_release) -> Recorded:
     """The takes and the bodies that they need, and every take's ring-down."""
+    body, pairs = _usable(body, find_release)
     case = body.case
-    pairs = side_by_side([partial(_heard_or_why, take, find_release) for take in case.takes])
-    for refused in pairs:
-        if isinstance(refused, RecordingError):
-            raise refused
     rings = tuple(ring for _, ring in pairs)
     takes = tuple(_first_periods(d, r) if d.take.held_out else d for d, r in pairs)
     keys = [_key(take) for take in case.takes]
@@ -164,8 +161,29 @@ def _listened(body: Body, find_release) -> Recorded:
     return Recorded(takes, condition, bodies, rings)
 
 
+def _usable(body: Body, find_release) -> tuple[Body, list]:
+    """The body with the takes that can be heard, and what `listen` says of each.
+
+    Raises what the first refused take is refused for where it is the first one, whose loads the
+    body bears, or where no take is left to fit.
+    """
+    takes = body.case.takes
+    pairs = side_by_side([partial(_heard_or_why, take, find_release) for take in takes])
+    refused = [why for why in pairs if isinstance(why, RecordingError)]
+    if not refused:
+        return body, pairs
+    heard = [n for n, pair in enumerate(pairs) if not isinstance(pair, RecordingError)]
+    if 0 not in heard or all(takes[n].held_out for n in heard):
+        raise refused[0]
+    case = replace(body.case, takes=tuple(takes[n] for n in heard))
+    (data, ring), *others = (pairs[n] for n in heard)
+    told = [f"{why} The other takes were used without it." for why in refused]
+    ring = replace(ring, warnings=(*ring.warnings, *told))
+    return replace(body, case=case), [(data, ring), *others]
+
+
 def _heard_or_why(take, find_release):
-    """What `listen` returns, or what it raises: of several takes the first one is told."""
+    """What `listen` returns, or what it raises."""
     try:
         return listen(take, find_release)
     except RecordingError as why:

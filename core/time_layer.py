@@ -287,7 +287,7 @@ def _ended(going: list[tuple[Try, Begun]], anew: bool = True) -> list:
 def _ended_at_last(going: list[tuple[Try, Begun]]) -> list:
     """The same; those that led by half of the record and came to nothing are made anew."""
     done = _ended(going)
-    failed = [n for n in _leaders(going) if done[n][1] is None]
+    failed = [n for n in _leaders(going) if _gained_nothing(*done[n][:2])]
     anew = {other: n for n in failed for other in _anew(going[n][0])}
     for row in _ended(worth(begun_all(list(anew)))[0]):
         n, (_, found, plainer) = anew[row[0]], row
@@ -295,6 +295,11 @@ def _ended_at_last(going: list[tuple[Try, Begun]]) -> list:
         if found is not None and (before is None or (plainer, found.chi2) < (worse, before.chi2)):
             done[n] = row
     return done
+
+
+def _gained_nothing(one: Try, found: TimeFit | None) -> bool:
+    """Whether a search came to nothing, or to less than the fit that it was to mend."""
+    return found is None or found.chi2 >= one.start.chi2
 
 
 def _leaders(going: list[tuple[Try, Begun]]) -> list[int]:

@@ -1,6 +1,6 @@
 """From a take to its free motion: frames that still saw the object held are left out."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -84,6 +84,43 @@ def test_of_takes_that_are_refused_the_first_one_is_told(monkeypatch):
     body = SimpleNamespace(case=SimpleNamespace(takes=takes))
     with pytest.raises(RecordingError, match="recording one"):
         joint._listened(body, lambda time, signals: (0.0, time[-1]))
+
+
+@dataclass(frozen=True)
+class Filmed:
+    """A case, or a body, that stands in for one with takes."""
+
+    takes: tuple = ()
+    case: object = None
+
+
+@pytest.mark.parametrize("held_out", [False, True])
+def test_a_later_take_that_cannot_be_heard_is_left_out_and_told(held_out):
+    """A body let go too softly stands still at once where it is rubbed; the others tell enough."""
+    rng, moves = np.random.default_rng(1), held_then_free(0, 0)
+    noise = NOISE * rng.standard_normal((240, 3, 3))
+    still = replace(
+        moves, name="two", recording=replace(moves.recording, values=noise), held_out=held_out
+    )
+    takes = (replace(moves, name="one"), still, replace(moves, name="three"))
+    kept, pairs = joint._usable(
+        Filmed(case=Filmed(takes=takes)), lambda time, signals: (0.0, time[-1])
+    )
+    assert [take.name for take in kept.case.takes] == ["one", "three"]
+    assert [data.take.name for data, _ in pairs] == ["one", "three"]
+    first, second = (ring.warnings for _, ring in pairs)
+    (line,) = [w for w in first if w not in second]
+    assert line.startswith("recording two: no oscillation") and "without it" in line
+
+
+def test_takes_of_which_none_that_is_fitted_can_be_heard_are_refused():
+    rng, moves = np.random.default_rng(1), held_then_free(0, 0)
+    noise = NOISE * rng.standard_normal((240, 3, 3))
+    still = replace(moves, name="two", recording=replace(moves.recording, values=noise))
+    ahead = replace(moves, name="one", held_out=True)
+    for takes in ((ahead, still), (still, moves)):
+        with pytest.raises(RecordingError, match="recording two"):
+            joint._usable(Filmed(case=Filmed(takes=takes)), lambda time, signals: (0.0, time[-1]))
 
 
 def test_held_frames_are_left_out_beside_what_acts_later():

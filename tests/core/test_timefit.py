@@ -295,16 +295,23 @@ def going_on(tries, bare=None):
     return [one for one, _ in worth(begun_all(tries), bare)[0]]
 
 
-def test_what_led_by_half_and_came_to_nothing_is_made_anew_and_not_once_more(monkeypatch):
-    """Two lead by a hair, one of which an end bears out; a third one behind them is left alone."""
+@pytest.mark.parametrize("end", [None, 1e3, 5e3])
+def test_what_led_by_half_and_came_to_nothing_is_made_anew_and_not_once_more(monkeypatch, end):
+    """Two lead by a hair, one of which an end bears out; a third one behind them is left alone.
+
+    end: where the other one ends, nowhere or no better than the fit that it was to mend.
+    """
     kind = make_dataclass("Tried", ["name", "start", "effect", "promise", ("anew", bool, False)],
                           frozen=True, eq=False)  # fmt: skip
-    start, effect = object(), SimpleNamespace(marched=True, name="rub")
+    start = make_dataclass("Fit", ["chi2"], eq=False)(1e3)
+    effect = SimpleNamespace(marched=True, name="rub")
     promise = np.ones(1)
     tries = [kind(name, start, effect, promise) for name in ("sound", "nothing", "behind")]
     halves = [Begun(np.zeros((1, 1)), half) for half in (200.0, 210.0, 900.0)]
     going = list(zip(tries, halves, strict=True))
     ends = {"sound": 430.0, "worse": 2e3, "anew": 400.0}
+    if end:
+        ends["nothing"] = end
 
     def ended(going):
         found = [SimpleNamespace(chi2=ends[o.name]) if o.name in ends else None for o, _ in going]
