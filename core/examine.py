@@ -18,7 +18,7 @@ from .doubt import (
     moves_otherwise,
     pieces,
 )
-from .effects import MODAL_EFFECTS, added_mass, gravity_preload
+from .effects import MODAL_EFFECTS, added_mass, base_motion, gravity_preload
 from .findings import Findings
 from .ground import Ground, ground_of, looked_at_closely
 from .joint import Heard
@@ -83,7 +83,10 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         warnings=sag_lines(ground, ground.base),
         moduli=dict.fromkeys(heard.match.modes, sag_span(ground, ground.base)),
     )
-    return _told(plain, ground, heard, verdict, stiff)
+    found = _told(plain, ground, heard, verdict, stiff)
+    if found.verdict == "explained" and verdict.names == (base_motion.NAME,) and not found.effects:
+        return _unless_strange(found, verdict, ground)  # which takes what all markers share of it
+    return found
 
 
 def _told(plain: Findings, ground: Ground, heard: Heard, verdict: Verdict, stiff) -> Findings:
@@ -156,7 +159,8 @@ def _otherwise(plain, ground: Ground, heard: Heard, verdict: Verdict, stiff) -> 
 
 def _unless_strange(plain: Findings, verdict: Verdict, ground: Ground) -> Findings:
     """What is told of a body that is as declared, unless something swings that it does not have."""
-    strange = strangers(verdict, ground) if verdict.verdict == "adequate" else None
+    bends = verdict.verdict != "adequate" and verdict.names != (base_motion.NAME,)
+    strange = [] if bends else strangers(verdict, ground)
     if not strange:
         return plain
     return replace(plain, verdict="unexplained", warnings=[*plain.warnings, told(strange)])

@@ -2,12 +2,14 @@
 
 import numpy as np
 
+from .effects import base_motion
 from .ground import Ground
 from .match import dies_alike
 from .unmatched import FOLDS, REACH, further_modes
 from .verdict import Verdict
 
 AUDIBLE = 0.01  # of the strongest mode's motion, rms, from which a further mode is asked after
+SHAKEN = 0.05  # the same, where all is shaken: what shakes it may shake other things too
 STRANGE = 0.05  # relative, from every pitch that the body has: no error of a mesh is that large
 
 
@@ -30,7 +32,8 @@ def strangers(verdict: Verdict, ground: Ground) -> list[float]:
             for fold, j in np.argwhere(near)
         )
 
-    heard = [one for one in further_modes(verdict) if one.loud > AUDIBLE]
+    least = SHAKEN if base_motion.NAME in verdict.names else AUDIBLE
+    heard = [one for one in further_modes(verdict, base_motion.NAME) if one.loud > least]
     return [f for one in heard if (f := one.frequency) < REACH * own.max() and is_strange(one)]
 
 

@@ -36,13 +36,13 @@ class FurtherMode:
     at: int  # of its pitch among the fit's parameters
 
 
-def further_modes(verdict: Verdict) -> list[FurtherMode]:
+def further_modes(verdict: Verdict, *but: str) -> list[FurtherMode]:
     """The further modes of a take in which nothing acts in time but a pair that is parted, what was
-    read off and is HARMLESS, or what adds to the swings and bends none.
+    read off and is HARMLESS, or what adds to the swings and bends none; `but`: or these.
     """
     final = verdict.final
     law = final.law
-    if acts(final, split_modes.EFFECT.name, *ADDED):
+    if acts(final, split_modes.EFFECT.name, *ADDED, *but):
         return []
     data = law.takes[law.fitted[0]]
     known = np.sqrt(((final.motions[0].std(axis=0)[:, None] * final.shapes) ** 2).sum(axis=1))

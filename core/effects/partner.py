@@ -14,6 +14,7 @@ from .base import SAME_SHAPE, Effect, as_declared, companion, of_takes, ring, sh
 
 MOST = 1.15  # ratio of the damping ratios of two modes of one pitch
 LOSS, ACROSS = 1.5, 0.1  # the same, where no more of the one's motion goes along the other
+OTHER = 3.0  # the same, where noise is left
 NOTHING = 1.1  # misfit per sample
 AT_BOUND = 0.98  # of the most that it may part by
 SPREAD = 0.002  # relative: what meshing splits by
@@ -62,10 +63,13 @@ def _looks_alike(found, k: int) -> bool:
 def another_motion(found, k: int, condition: int = 0, take: int = 0, pitch: int = 0) -> str:
     """Why the last effect is not the other direction of mode k by its damping; or "". One material
     and one pitch make one loss; where two directions lie straight across each other, what is held
-    or loaded unlike may damp them unlike. The others as in the law, see `companion`.
+    or loaded unlike may damp them unlike, far so where nothing else is to be told. The others as in
+    the law, see `companion`.
     """
-    apart = shared(found, k, condition, take) < ACROSS
-    alike = unlike_damping(found, k, pitch) < np.log(LOSS if apart else MOST)
+    most = MOST
+    if shared(found, k, condition, take) < ACROSS:
+        most = OTHER if found.chi2 < NOTHING * found.samples else LOSS
+    alike = unlike_damping(found, k, pitch) < np.log(most)
     return "" if alike else "its damping is another motion's"
 
 

@@ -604,17 +604,22 @@ def test_a_partner_of_the_same_shape_is_one_where_the_channels_see_both_ways_ali
 
 
 @pytest.mark.parametrize(
-    ("z", "spread", "tilted", "named"),
+    ("z", "spread", "tilted", "left", "named"),
     [
-        (0.021, 0.0, True, True),
-        (0.028, 0.0, True, False),
-        (0.028, 0.003, True, True),
-        (0.028, 0.0, False, True),
-        (0.032, 0.0, False, False),
+        (0.021, 0.0, True, 1.2, True),
+        (0.028, 0.0, True, 1.2, False),
+        (0.028, 0.0, True, 1.05, False),
+        (0.028, 0.003, True, 1.2, True),
+        (0.028, 0.0, False, 1.2, True),
+        (0.032, 0.0, False, 1.2, False),
+        (0.032, 0.0, False, 1.05, True),
+        (0.062, 0.0, False, 1.05, False),
     ],
 )
-def test_a_pair_is_damped_alike_and_by_half_more_straight_across(z, spread, tilted, named):
-    one = split(0.05, z, sigma=(0.0, spread), tilted=tilted)
+def test_a_pair_is_damped_alike_and_unlike_straight_across_most_where_noise_is_left(
+    z, spread, tilted, left, named
+):
+    one = split(0.05, z, sigma=(0.0, spread), left=left, tilted=tilted)
     assert bool(split_modes.veto(one)) is not named
 
 

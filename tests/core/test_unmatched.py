@@ -127,9 +127,35 @@ def test_a_stranger_is_no_fold_of_what_would_have_to_die_otherwise(
     )
     final = SimpleNamespace(frequency=np.array([3.6]), damping_ratio=np.array([first]))
     one = FurtherMode(seen_at, damping_ratio, np.ones(3), 1e-3, 0.2, 4)
-    monkeypatch.setattr(stranger, "further_modes", lambda verdict: [one])
-    found = stranger.strangers(SimpleNamespace(final=final), ground)
+    monkeypatch.setattr(stranger, "further_modes", lambda verdict, *but: [one])
+    found = stranger.strangers(SimpleNamespace(final=final, names=()), ground)
     assert found == ([seen_at] if strange else [])
+
+
+@pytest.mark.parametrize(
+    ("names", "loud", "strange"),
+    [((), 0.02, True), (("base_motion",), 0.02, False), (("base_motion",), 0.2, True)],
+    ids=["nothing found", "what shakes all shakes it", "louder than that"],
+)
+def test_a_stranger_is_told_beside_what_shakes_all_where_it_is_loud(
+    monkeypatch, names, loud, strange
+):
+    """At 2.55 Hz, between a body's modes at 2.3 and 2.9: whatever the markers share took of it."""
+    ground = SimpleNamespace(
+        body=SimpleNamespace(modes=SimpleNamespace(frequency=np.array([2.3, 2.9]))),
+        data=SimpleNamespace(frame=1 / 100),
+        base=SimpleNamespace(modulus=1.0),
+        measured=SimpleNamespace(frequency=np.array([2.3])),
+        shrink=np.ones(2),
+        doubt=np.full(2, 0.002),
+    )
+    final = SimpleNamespace(frequency=np.array([2.3]), damping_ratio=np.array([0.014]))
+    one = FurtherMode(2.55, 0.007, np.ones(3), 1e-3, loud, 4)
+    monkeypatch.setattr(
+        stranger, "further_modes", lambda verdict, *but: [one] if "base_motion" in but else []
+    )
+    found = stranger.strangers(SimpleNamespace(final=final, names=names), ground)
+    assert found == ([2.55] if strange else [])
 
 
 def test_beside_a_folded_mode_a_fold_is_no_stranger(monkeypatch):
@@ -142,5 +168,5 @@ def test_beside_a_folded_mode_a_fold_is_no_stranger(monkeypatch):
     )
     seen = SimpleNamespace(frequency=np.array([12.0]), damping_ratio=np.array([0.005 * 228 / 12]))
     one = FurtherMode(40.0, 0.005 * 200 / 40, np.ones(3), 1e-3, 0.2, 4)
-    monkeypatch.setattr(stranger, "further_modes", lambda verdict: [one])
-    assert stranger.strangers(SimpleNamespace(final=seen), ground) == []
+    monkeypatch.setattr(stranger, "further_modes", lambda verdict, *but: [one])
+    assert stranger.strangers(SimpleNamespace(final=seen, names=()), ground) == []
