@@ -25,6 +25,7 @@ MIXING = 0.01  # half of the stiffness that a body may be off by, relatively: ov
 # is the share by which they do
 STRANGE = 16.0  # misfit of a faint mode's pitch from which it is taken for none of the body's, and
 # the most that it costs
+FOLDED = 9.0  # what it costs that a pitch was folded by the frame rate
 LIKE = 0.4  # MAC from which a computed mode may be a measured one
 FIRST = 3  # of the lowest computed modes, that the first measured one may be
 
@@ -42,6 +43,7 @@ class Measured:
     sag_error: float = 0.05  # relative: geometry, creep, and where markers were put
     faint: int = 0  # the last so many are faint, and may be none of the body's modes
     common: np.ndarray | None = None  # (q, K) relative, ways in which all may be off at once
+    folds: tuple[tuple[int, float], ...] = ()  # modes, and the Hz of which theirs may be the fold
 
     @cached_property
     def weight(self) -> np.ndarray:
@@ -152,9 +154,13 @@ def _partners(measured, own, alike, first) -> tuple[int, ...] | None:
     if alike[first, 0] < LIKE:
         return None
     off = np.log(own / own[first])
+    away = np.abs(measured.interval[:, None] - off)
+    for k, other in measured.folds:
+        folded = np.abs(np.log(other / measured.frequency[0]) - off)
+        away[k] = np.minimum(away[k], folded)
     taken = [int(first)]
     for k in range(1, len(measured.frequency)):
-        score = measured.sure[k] * alike[:, k] - np.abs(measured.interval[k] - off)
+        score = measured.sure[k] * alike[:, k] - away[k]
         score[taken] = -np.inf
         taken.append(int(score.argmax()))
     return tuple(taken)
@@ -215,9 +221,24 @@ def _pulled(
 
 
 def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
-    """The hypothesis with these partners, None where it costs no less than `most`."""
+    """The hypothesis with these partners, None where it costs no less than `most`; each pitch read
+    as it was measured or as what may have been folded to it, whichever costs less.
+    """
+    best, readings = None, [(measured.frequency, 0.0)]
+    for k, other in measured.folds:
+        at = np.arange(len(measured.frequency)) == k
+        readings += [(np.where(at, other, one), cost + FOLDED) for one, cost in readings]
+    for reading in readings:
+        found = _as_read(measured, own, shapes, (partners, *reading), unit, most)
+        best, most = (found, found.chi2) if found else (best, most)
+    return best
+
+
+def _as_read(measured, own, shapes, reading, unit, most):
+    """The hypothesis with this `reading`: partners, pitches (K,) Hz, and what these cost."""
+    partners, pitches, cost = reading
     chosen = own[list(partners)]
-    ratio = np.log(measured.frequency / chosen)
+    ratio = np.log(pitches / chosen)
     weight = measured.weight[: len(ratio)]
     sag = None
     weigh = unit is not None and measured.sag is not None
@@ -238,7 +259,7 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
         left = np.where(strange, 0.0, weight)
         log_root, pull, free, shares = _pulled(ratio, left, together)
     pull = np.where(strange, np.sqrt(STRANGE), pull)
-    whole = float(pull @ pull + shares @ shares)
+    whole = float(pull @ pull + shares @ shares) + cost
     if not whole < most:
         return None
     modulus = float(np.exp(2 * log_root))

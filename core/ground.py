@@ -30,6 +30,7 @@ SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
 SETTLED = 0.03  # of the sag: error of geometry and a creep that nothing shows
 PLACED = 0.001  # of the body's length, that a rest place may be off by
+FOLD = 2.0  # ratio, up to which a pitch and what the frame rate folds to it are told by the body
 CREPT = 0.15  # the same where a creep may be at work
 TILTED = 1.4  # of the sag over the length: how far a cantilever's end turns
 
@@ -109,6 +110,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         softer(final)[0],
         max(CREPT, settled) if creeps(verdict) else settled,
         sum(one.loud <= LOUD for one in further),
+        folds=folds_of(pitches, 1 / data.frame),
     )
     shrink = 1 / (1 + stiff)
     base = _compared(body, data, measured, shrink)
@@ -120,6 +122,15 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     ratios = np.r_[verdict.damped.damping_ratio, [one.damping_ratio for one in further]]
     turned = between is not None
     return Ground(body, data, measured, base, shrink, sigma, ratios, computed, pull, turned)
+
+
+def folds_of(pitches: np.ndarray, rate: float) -> tuple[tuple[int, float], ...]:
+    """Which of the pitches (K,) Hz, but the first, may be read as another one that looks the same
+    at `rate` frames/s, and that other one (Hz).
+    """
+    others = np.abs(rate - pitches)
+    near = np.abs(np.log(np.maximum(others, 1e-12) / pitches)) < np.log(FOLD)
+    return tuple((int(k), float(others[k])) for k in np.flatnonzero(near) if k > 0)
 
 
 def _compared(body: Body, data: Channels, measured: Measured, shrink) -> Hypothesis | None:

@@ -9,12 +9,12 @@ from scipy.linalg import block_diag, eigh
 
 from core.all_told import damps_alike
 from core.boundary import face_points
-from core.compare import STRANGE, Measured, compare
+from core.compare import FOLDED, STRANGE, Measured, compare
 from core.data import Material
 from core.doubt import DOUBT, chance_of
 from core.effects import added_mass, compliant_pin, graded_stiffness, poisson_ratio
 from core.elasticity import assemble, hold, lump_operator, lump_radius
-from core.ground import parted
+from core.ground import folds_of, parted
 from core.match import mac
 from core.modal_layer import _fit, improved
 from core.modes import solve_modes
@@ -248,6 +248,32 @@ def test_a_faint_mode_far_off_its_pitch_moves_nothing():
     assert compare(near, values, shapes).chi2 == pytest.approx(
         compare(replace(near, faint=0), values, shapes).chi2
     )  # one that is where it was computed counts as any
+
+
+@pytest.mark.parametrize(
+    ("seen", "cost"),
+    [((5.0, 19.0, 53.5), FOLDED), ((5.0, 19.0, 66.5), 0.0), ((5.0, 53.5, 66.5), None)],
+    ids=["a fold", "none", "another mode's"],
+)
+def test_a_pitch_is_read_as_it_was_seen_or_as_what_folds_to_it(seen, cost):
+    """Modes at 5, 19 and 66.5 Hz, filmed with 120 frames/s."""
+    shapes = np.linalg.qr(np.random.default_rng(8).standard_normal((12, 3)))[0].T
+    values, error = (2 * np.pi * np.array([5.0, 19.0, 66.5])) ** 2, np.full(3, 0.003)
+    heard = Measured(
+        np.array(seen), error, shapes, np.full((3, 12), 0.02), folds=folds_of(np.array(seen), 120)
+    )
+    found = compare(heard, values, shapes)
+    if cost is None:  # near neither: a mode at 53.5 Hz or 66.5 Hz moves as the second one does
+        assert found.chi2 > 1000
+        return
+    assert found.chi2 == pytest.approx(cost, abs=1e-6)
+    assert found.modulus == pytest.approx(1.0, rel=1e-6)
+    assert found.chi2 <= compare(replace(heard, folds=()), values, shapes).chi2
+
+
+def test_what_may_be_a_fold_lies_near_half_the_frame_rate():
+    found = folds_of(np.array([55.0, 53.5, 30.0, 66.5]), 120.0)
+    assert found == ((1, 66.5), (3, 53.5))
 
 
 def test_what_parts_one_pair_of_a_body_parts_its_other_pairs():
