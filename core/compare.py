@@ -91,6 +91,7 @@ class Hypothesis:
     modulus: float  # Pa
     modes: tuple[int, ...]  # computed partner of every measured mode
     frequency: np.ndarray  # (K,) Hz
+    read: np.ndarray  # (K,) Hz, the measured pitches, unfolded where that costs less
     shapes: np.ndarray  # (K, C) scaled to the measured ones
     pitch_pull: np.ndarray  # (K,) standard deviations, beyond what all are off by at once; (K + 1,)
     # with that of the sag
@@ -289,6 +290,7 @@ def _as_read(measured, own, shapes, reading, unit, most):
         modulus,
         partners,
         chosen * np.sqrt(modulus),
+        pitches,
         np.array(fitted),
         pull,
         free,

@@ -118,7 +118,7 @@ def _may_be_near(verdict: Verdict, ground: Ground) -> bool:
     body, known = ground.body, ground.measured
     if acts(verdict.final) or body.case.takes[0].loads or body.carried:
         return False
-    off = np.abs(np.log(known.frequency / ground.base.frequency))
+    off = np.abs(np.log(ground.base.read / ground.base.frequency))
     near = off < np.maximum(NEARLY, UNSURE * ground.unsure)
     return bool(near[: len(near) - known.faint].all())
 

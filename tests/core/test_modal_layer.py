@@ -268,6 +268,7 @@ def test_a_pitch_is_read_as_it_was_seen_or_as_what_folds_to_it(seen, cost):
         return
     assert found.chi2 == pytest.approx(cost, abs=1e-6)
     assert found.modulus == pytest.approx(1.0, rel=1e-6)
+    assert found.read == pytest.approx([5.0, 19.0, 66.5])
     assert found.chi2 <= compare(replace(heard, folds=()), values, shapes).chi2
 
 
