@@ -23,7 +23,9 @@ def body_error(verdict: Verdict, ground: Ground, found: Hypothesis) -> Error:
     heard = np.vstack([declared.shapes, loud.shapes[K:]])
     pulls = found.pitch_pull[: len(found.frequency)]
     together = _beyond(found.together) @ loud.together[:, : len(pulls)]
-    f = own * np.exp(-_beyond(pulls) * loud.error - together)
+    off = np.exp(-_beyond(pulls) * loud.error - together)
+    folded = np.isin(np.arange(len(own)), found.folded)  # what is folded moves the other way
+    f = np.where(folded, own + found.read * (1 - off), own * off)
     bent = np.array([mac(a, b) < BENT for a, b in zip(found.shapes, heard, strict=True)])
     shapes = np.where(bent[:, None], found.shapes, heard)
     index = law.fitted[0]

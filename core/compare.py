@@ -25,7 +25,7 @@ MIXING = 0.01  # half of the stiffness that a body may be off by, relatively: ov
 # is the share by which they do
 STRANGE = 16.0  # misfit of a faint mode's pitch from which it is taken for none of the body's, and
 # the most that it costs
-FOLDED = 9.0  # what it costs that a pitch was folded by the frame rate
+UNFOLDING = 9.0  # what it costs that a pitch was folded by the frame rate
 LIKE = 0.4  # MAC from which a computed mode may be a measured one
 FIRST = 3  # of the lowest computed modes, that the first measured one may be
 
@@ -99,12 +99,14 @@ class Hypothesis:
     together: np.ndarray  # (q,) standard deviations, by how much all pitches are off at once
     shape_chi2: np.ndarray  # (K,)
     sag: np.ndarray | None = None  # (C,)
+    folded: tuple[int, ...] = ()  # measured modes whose pitches are read as folded
     strange: int = 0  # faint modes that are none of the body's; their pulls are the most they cost
 
     @property
     def pitch_chi2(self) -> float:
         """Misfit of the pitches, and the sag."""
-        return float(self.pitch_pull @ self.pitch_pull + self.together @ self.together)
+        pulls = self.pitch_pull @ self.pitch_pull + self.together @ self.together
+        return float(pulls + UNFOLDING * len(self.folded))
 
     @property
     def pitches(self) -> np.ndarray:
@@ -122,8 +124,7 @@ def compare(measured: Measured, values, shapes, unit=None, *, most=np.inf) -> Hy
     best = None
     alike = _alike(measured, shapes, own)
     for first in np.flatnonzero(own <= own[:FIRST][-1] * (1 + TURNED)):  # near ones change places
-        partners = _partners(measured, own, alike, first)
-        if partners is not None:
+        for partners in _ways(measured, own, alike, first):
             best = _at_best_modulus(measured, own, shapes, partners, unit, most=most) or best
             most = most if best is None else best.chi2
     return best
@@ -150,15 +151,23 @@ def rematched(measured: Measured, values, shapes, unit, found: Hypothesis) -> Hy
     return found
 
 
-def _partners(measured, own, alike, first) -> tuple[int, ...] | None:
-    """Computed mode of every measured one by likeness (m, K), the first one being `first`."""
+def _ways(measured, own, alike, first) -> list[tuple[int, ...]]:
+    """Partners, the first one being `first`: by the pitches as they were seen, and where some may
+    be folds by the nearer one; none where the first one does not move so.
+    """
     if alike[first, 0] < LIKE:
-        return None
+        return []
     off = np.log(own / own[first])
-    away = np.abs(measured.interval[:, None] - off)
+    seen = np.abs(measured.interval[:, None] - off)
+    away = seen.copy()
     for k, other in measured.folds:
-        folded = np.abs(np.log(other / measured.frequency[0]) - off)
-        away[k] = np.minimum(away[k], folded)
+        away[k] = np.minimum(away[k], np.abs(np.log(other / measured.frequency[0]) - off))
+    ways = [_partners(measured, alike, first, one) for one in (seen, away)]
+    return list(dict.fromkeys(ways))
+
+
+def _partners(measured, alike, first, away) -> tuple[int, ...]:
+    """Computed mode of every measured one by likeness (m, K) and how far it is `away` (K, m)."""
     taken = [int(first)]
     for k in range(1, len(measured.frequency)):
         score = measured.sure[k] * alike[:, k] - away[k]
@@ -225,19 +234,21 @@ def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
     """The hypothesis with these partners, None where it costs no less than `most`; each pitch read
     as it was measured or as what may have been folded to it, whichever costs less.
     """
-    best, readings = None, [(measured.frequency, 0.0)]
+    best, readings = None, [(measured.frequency, ())]
     for k, other in measured.folds:
         at = np.arange(len(measured.frequency)) == k
-        readings += [(np.where(at, other, one), cost + FOLDED) for one, cost in readings]
-    for reading in readings:
+        readings += [(np.where(at, other, one), (*folded, k)) for one, folded in readings]
+    for reading in sorted(readings, key=lambda one: len(one[1])):
+        if UNFOLDING * len(reading[1]) >= most:
+            break
         found = _as_read(measured, own, shapes, (partners, *reading), unit, most)
         best, most = (found, found.chi2) if found else (best, most)
     return best
 
 
 def _as_read(measured, own, shapes, reading, unit, most):
-    """The hypothesis with this `reading`: partners, pitches (K,) Hz, and what these cost."""
-    partners, pitches, cost = reading
+    """The hypothesis with this `reading`: partners, pitches (K,) Hz, and which are folded."""
+    partners, pitches, folded = reading
     chosen = own[list(partners)]
     ratio = np.log(pitches / chosen)
     weight = measured.weight[: len(ratio)]
@@ -260,7 +271,7 @@ def _as_read(measured, own, shapes, reading, unit, most):
         left = np.where(strange, 0.0, weight)
         log_root, pull, free, shares = _pulled(ratio, left, together)
     pull = np.where(strange, np.sqrt(STRANGE), pull)
-    whole = float(pull @ pull + shares @ shares) + cost
+    whole = float(pull @ pull + shares @ shares) + UNFOLDING * len(folded)
     if not whole < most:
         return None
     modulus = float(np.exp(2 * log_root))
@@ -297,5 +308,6 @@ def _as_read(measured, own, shapes, reading, unit, most):
         shares,
         np.array(chi2),
         sag,
+        folded,
         int(strange.sum()),
     )

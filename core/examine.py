@@ -28,7 +28,7 @@ from .modal_layer import Suspect, suspects
 from .residual import FAR_OFF, Error, errors, strays
 from .stranger import strangers, told
 from .sufficiency import ASTRAY, CLEARLY
-from .tell_change import mesh_pitches, modulus_spans, ranking, sag_lines, sag_span, told_change
+from .tell_change import body_lines, mesh_pitches, modulus_spans, ranking, sag_span, told_change
 from .turned import turned, weighs
 from .twins import softer
 from .unmatched import acts
@@ -80,13 +80,18 @@ def _examine_body(heard: Heard, verdict: Verdict, stiff, sigma) -> Findings:
         return plain
     plain = replace(
         plain,
-        warnings=sag_lines(ground, ground.base),
+        warnings=body_lines(ground, ground.base),
         moduli=dict.fromkeys(heard.match.modes, sag_span(ground, ground.base)),
     )
     found = _told(plain, ground, heard, verdict, stiff)
-    if found.verdict == "explained" and verdict.names == (base_motion.NAME,) and not found.effects:
-        return _unless_strange(found, verdict, ground)  # which takes what all markers share of it
-    return found
+    # what shakes all takes what all markers share of a stranger, too
+    shaken = found.verdict == "explained" and not found.effects and _is_shaken(verdict)
+    return _unless_strange(found, verdict, ground) if shaken else found
+
+
+def _is_shaken(verdict: Verdict) -> bool:
+    """Whether a support or camera that moves is all that was found in time."""
+    return verdict.names[verdict.laws :] == (base_motion.NAME,)
 
 
 def _told(plain: Findings, ground: Ground, heard: Heard, verdict: Verdict, stiff) -> Findings:
@@ -159,8 +164,8 @@ def _otherwise(plain, ground: Ground, heard: Heard, verdict: Verdict, stiff) -> 
 
 def _unless_strange(plain: Findings, verdict: Verdict, ground: Ground) -> Findings:
     """What is told of a body that is as declared, unless something swings that it does not have."""
-    bends = verdict.verdict != "adequate" and verdict.names != (base_motion.NAME,)
-    strange = [] if bends else strangers(verdict, ground)
+    able = verdict.verdict == "adequate" or _is_shaken(verdict)
+    strange = strangers(verdict, ground) if able else []
     if not strange:
         return plain
     return replace(plain, verdict="unexplained", warnings=[*plain.warnings, told(strange)])
@@ -180,7 +185,7 @@ def _as_declared(plain, ground: Ground, ranked: list[Suspect], heard: Heard, sti
         plain,
         mesh_pitch=mesh_pitches(said, heard, stiff),
         moduli=modulus_spans(said, ground, heard),
-        warnings=sag_lines(ground, said.hypothesis),
+        warnings=body_lines(ground, said.hypothesis),
     )
     others = [replace(s, evidence=s.evidence - said.evidence) for s in others]
     return plain, replace(ground, base=said.hypothesis), others
@@ -212,7 +217,7 @@ def _changed(plain, ground: Ground, verdict: Verdict, ranked, heard: Heard, stif
         plain,
         verdict="explained" if clear and mended and not astray and fits else "unexplained",
         effects=[effect],
-        warnings=sag_lines(ground, best.hypothesis),
+        warnings=body_lines(ground, best.hypothesis),
         ranking=ranking(ranked, verdict, ground),
         before=before,
         rows=((best.effect.name, with_it),),

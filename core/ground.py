@@ -13,7 +13,7 @@ from .effects import split_modes
 from .elasticity import gravity_force
 from .joint import Heard
 from .law import TimeFit, replace
-from .match import PAIR
+from .match import PAIR, dies_alike
 from .parameters import inflation
 from .sizes import size_slopes
 from .turned import sag_between
@@ -30,6 +30,7 @@ SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
 SETTLED = 0.03  # of the sag: error of geometry and a creep that nothing shows
 PLACED = 0.001  # of the body's length, that a rest place may be off by
+FOLDS = 3  # pitches at most, those nearest to half the frame rate, that may be read otherwise
 FOLD = 2.0  # ratio, up to which a pitch and what the frame rate folds to it are told by the body
 CREPT = 0.15  # the same where a creep may be at work
 TILTED = 1.4  # of the sag over the length: how far a cantilever's end turns
@@ -79,6 +80,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     error[pair] = np.hypot(error[pair], split_modes.doubt(final))
     error[: len(true)] = np.hypot(error[: len(true)], _blurred(heard, final, true))
     pitches[pair] *= middle
+    ratios = np.r_[verdict.damped.damping_ratio, [one.damping_ratio for one in further]]
     samples = max(int(data.fit.sum()), 1)
     shapes = np.vstack([final.shapes, *(one.shape for one in further)])
     size = np.abs(shapes).max(axis=1, keepdims=True)
@@ -110,7 +112,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         softer(final)[0],
         max(CREPT, settled) if creeps(verdict) else settled,
         sum(one.loud <= LOUD for one in further),
-        folds=folds_of(pitches, 1 / data.frame),
+        folds=folds_of(pitches, ratios, 1 / data.frame, (0, final.loudest)),
     )
     shrink = 1 / (1 + stiff)
     base = _compared(body, data, measured, shrink)
@@ -119,18 +121,25 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     if middle != 1:
         measured = parted(measured, base.modes, body.modes.frequency, (pair, middle - 1))
         base = _compared(body, data, measured, shrink) or base
-    ratios = np.r_[verdict.damped.damping_ratio, [one.damping_ratio for one in further]]
     turned = between is not None
     return Ground(body, data, measured, base, shrink, sigma, ratios, computed, pull, turned)
 
 
-def folds_of(pitches: np.ndarray, rate: float) -> tuple[tuple[int, float], ...]:
-    """Which of the pitches (K,) Hz, but the first, may be read as another one that looks the same
-    at `rate` frames/s, and that other one (Hz).
+def folds_of(
+    pitches: np.ndarray, damping_ratio: np.ndarray, rate: float, known: tuple[int, ...]
+) -> tuple[tuple[int, float], ...]:
+    """Which of the natural pitches (K,) Hz, but the `known` ones, may be read as another one that
+    looks the same at `rate` frames/s and dies as a mode may, and that other one (Hz).
     """
-    others = np.abs(rate - pitches)
-    near = np.abs(np.log(np.maximum(others, 1e-12) / pitches)) < np.log(FOLD)
-    return tuple((int(k), float(others[k])) for k in np.flatnonzero(near) if k > 0)
+    first, out = (pitches[0], None, damping_ratio[0]), []
+    for k, (f, z) in enumerate(zip(pitches, damping_ratio, strict=True)):
+        damped = f * np.sqrt(1 - z**2)  # which is what folds
+        if k in known or not 0 < rate - damped < FOLD * damped < FOLD**2 * (rate - damped):
+            continue
+        other = float(np.hypot(rate - damped, z * f))
+        if not first[2] or dies_alike(f, z, other, first):
+            out.append((abs(np.log(other / f)), k, other))
+    return tuple((k, other) for _, k, other in sorted(out)[:FOLDS])  # twice the readings with each
 
 
 def _compared(body: Body, data: Channels, measured: Measured, shrink) -> Hypothesis | None:

@@ -85,7 +85,7 @@ def hear(body: Body, find_release) -> Heard:
     `body`: with the loads of the first take. Where its pitches tell that these sit otherwise, they
     do, unless that leaves more of what was heard: which modes a load parts hangs on it, too.
 
-    Raises RecordingError as `listen` does.
+    Raises RecordingError as `listen` does of the first take.
     """
     ground = _listened(body, find_release)
     matches = _matches(ground)
@@ -164,22 +164,24 @@ def _listened(body: Body, find_release) -> Recorded:
 def _usable(body: Body, find_release) -> tuple[Body, list]:
     """The body with the takes that can be heard, and what `listen` says of each.
 
-    Raises what the first refused take is refused for where it is the first one, whose loads the
-    body bears, or where no take is left to fit.
+    Raises what the first take is refused for, or any where no other is fitted.
     """
     takes = body.case.takes
     pairs = side_by_side([partial(_heard_or_why, take, find_release) for take in takes])
-    refused = [why for why in pairs if isinstance(why, RecordingError)]
+    refused = [n for n, pair in enumerate(pairs) if isinstance(pair, RecordingError)]
     if not refused:
         return body, pairs
-    heard = [n for n, pair in enumerate(pairs) if not isinstance(pair, RecordingError)]
-    if 0 not in heard or all(takes[n].held_out for n in heard):
-        raise refused[0]
-    case = replace(body.case, takes=tuple(takes[n] for n in heard))
-    (data, ring), *others = (pairs[n] for n in heard)
-    told = [f"{why} The other takes were used without it." for why in refused]
-    ring = replace(ring, warnings=(*ring.warnings, *told))
-    return replace(body, case=case), [(data, ring), *others]
+    if 0 in refused:  # whose loads the body bears
+        raise pairs[0]
+    first, *later = (take for n, take in enumerate(takes) if n not in refused)
+    instead = "The other takes were used without it."
+    if any(takes[n].held_out for n in refused) and not any(take.held_out for take in later):
+        instead += " Held out is the last third of each of them."
+    recording, told = first.recording, [f"{pairs[n]} {instead}" for n in refused]
+    first = replace(first, recording=replace(recording, warnings=(*recording.warnings, *told)))
+    (data, ring), *others = (pair for n, pair in enumerate(pairs) if n not in refused)
+    case = replace(body.case, takes=(first, *later))
+    return replace(body, case=case), [(replace(data, take=first), ring), *others]
 
 
 def _heard_or_why(take, find_release):

@@ -240,7 +240,8 @@ def _foretold_elsewhere(final: TimeFit) -> list[str]:
 
 
 def _heard_warnings(case: Case, heard: Heard) -> list[str]:
-    out = [w for take in case.takes for w in take.recording.warnings]
+    takes = [*case.takes, *heard.body.case.takes]  # of which some may have been left out
+    out = [w for take in takes for w in take.recording.warnings]
     out += [w for ring in heard.rings for w in ring.warnings]
     for data in heard.takes:
         rate, f = 1 / data.frame, float(heard.free.frequency[0])

@@ -32,7 +32,8 @@ def strangers(verdict: Verdict, ground: Ground) -> list[float]:
             for fold, j in np.argwhere(near)
         )
 
-    least = SHAKEN if base_motion.NAME in verdict.names else AUDIBLE
+    shaken = any(effect.name == base_motion.NAME for effect in verdict.final.law.effects)
+    least = SHAKEN if shaken else AUDIBLE
     heard = [one for one in further_modes(verdict, base_motion.NAME) if one.loud > least]
     return [f for one in heard if (f := one.frequency) < REACH * own.max() and is_strange(one)]
 

@@ -59,6 +59,17 @@ def mesh_pitches(best: Suspect, heard: Heard, stiff: np.ndarray) -> dict[int, fl
     }
 
 
+def body_lines(ground: Ground, body: Hypothesis) -> list[str]:
+    """What is told of a body beside its name: its sag, and which pitches are read as folded."""
+    seen = ground.measured.frequency
+    folded = [
+        f"{seen[k]:.4g} Hz is taken for {body.read[k]:.4g} Hz, which looks the same at "
+        f"{1 / ground.data.frame:.4g} frames/s: of the two the body as told has only that."
+        for k in body.folded
+    ]
+    return [*sag_lines(ground, body), *folded]
+
+
 def sag_lines(ground: Ground, body: Hypothesis) -> list[str]:
     """How far the marker that sags most does so, measured and as the body would; and, where that
     is further off than a sag is known, which clock would make both agree.

@@ -14,7 +14,7 @@ from .base import SAME_SHAPE, Effect, as_declared, companion, of_takes, ring, sh
 
 MOST = 1.15  # ratio of the damping ratios of two modes of one pitch
 LOSS, ACROSS = 1.5, 0.1  # the same, where no more of the one's motion goes along the other
-OTHER = 3.0  # the same, where noise is left
+OTHER = 3.0  # the same, where no more than noise is left
 NOTHING = 1.1  # misfit per sample
 AT_BOUND = 0.98  # of the most that it may part by
 SPREAD = 0.002  # relative: what meshing splits by

@@ -15,7 +15,7 @@ from core.examine import _as_declared, _in_time, _turned_over, _unsure
 from core.findings import Findings
 from core.ground import Ground, looked_at_closely
 from core.modal_layer import Suspect
-from core.tell_change import sag_lines, sag_span
+from core.tell_change import body_lines, sag_lines, sag_span
 
 PITCH = np.array([3.0, 7.0, 11.0])
 SHAPES = np.linalg.qr(np.random.default_rng(4).standard_normal((12, 3)))[0].T
@@ -351,3 +351,42 @@ def test_what_is_told_first_of_a_body_that_is_nearly_as_declared(
         examine, "_unless_strange", lambda plain, *_: "strange" if strange else plain
     )
     assert examine._told("plain", None, None, None, None) == told
+
+
+@pytest.mark.parametrize(
+    ("names", "laws", "verdict", "told"),
+    [
+        (("base_motion",), 0, "explained", True),
+        (("structural_damping", "base_motion"), 1, "explained", True),
+        (("relaxation",), 0, "explained", False),  # which bends pitches
+        (("base_motion", "relaxation"), 0, "explained", False),
+        ((), 0, "adequate", True),
+        (("base_motion",), 0, "unexplained", False),  # so it is already
+    ],
+)
+def test_a_stranger_leaves_unexplained_what_only_shakes(names, laws, verdict, told, monkeypatch):
+    said = SimpleNamespace(
+        verdict=verdict,
+        names=names,
+        laws=laws,
+        final=SimpleNamespace(law=SimpleNamespace(fitted=(0,))),
+    )
+    heard = SimpleNamespace(condition=(0,), turns=(1,), match=SimpleNamespace(modes=()))
+    monkeypatch.setattr(examine, "softer", lambda final: (1.0, 1.0, 1.0))
+    monkeypatch.setattr(examine, "ground_of", lambda *_: ground(*looked_at(PITCH)))
+    # what is told of one that is as declared asks for strangers itself
+    monkeypatch.setattr(examine, "_told", lambda plain, there, heard, said, stiff: (
+        examine._unless_strange(plain, said, there) if verdict == "adequate" else plain
+    ))  # fmt: skip
+    monkeypatch.setattr(examine, "strangers", lambda *_: [2.55])
+    found = examine._examine_body(heard, said, None, None)
+    assert (found.verdict == "unexplained") is (told or verdict == "unexplained")
+    assert any("2.55 Hz" in line for line in found.warnings) is told
+
+
+def test_a_pitch_that_is_read_as_folded_is_told():
+    measured, base = looked_at(PITCH)
+    there = replace(ground(measured, base), data=SimpleNamespace(frame=1 / 25))
+    assert body_lines(there, base) == []
+    (line,) = body_lines(there, replace(base, read=np.array([3.0, 7.0, 14.0]), folded=(2,)))
+    assert line.startswith("11 Hz is taken for 14 Hz") and "25 frames/s" in line

@@ -9,7 +9,7 @@ from scipy.linalg import block_diag, eigh
 
 from core.all_told import damps_alike
 from core.boundary import face_points
-from core.compare import FOLDED, STRANGE, Measured, compare
+from core.compare import STRANGE, UNFOLDING, Measured, compare
 from core.data import Material
 from core.doubt import DOUBT, chance_of
 from core.effects import added_mass, compliant_pin, graded_stiffness, poisson_ratio
@@ -252,29 +252,49 @@ def test_a_faint_mode_far_off_its_pitch_moves_nothing():
 
 @pytest.mark.parametrize(
     ("seen", "cost"),
-    [((5.0, 19.0, 53.5), FOLDED), ((5.0, 19.0, 66.5), 0.0), ((5.0, 53.5, 66.5), None)],
+    [((5.0, 19.0, 53.5), UNFOLDING), ((5.0, 19.0, 66.5), 0.0), ((5.0, 53.5, 66.5), None)],
     ids=["a fold", "none", "another mode's"],
 )
 def test_a_pitch_is_read_as_it_was_seen_or_as_what_folds_to_it(seen, cost):
     """Modes at 5, 19 and 66.5 Hz, filmed with 120 frames/s."""
     shapes = np.linalg.qr(np.random.default_rng(8).standard_normal((12, 3)))[0].T
     values, error = (2 * np.pi * np.array([5.0, 19.0, 66.5])) ** 2, np.full(3, 0.003)
-    heard = Measured(
-        np.array(seen), error, shapes, np.full((3, 12), 0.02), folds=folds_of(np.array(seen), 120)
-    )
+    folds = folds_of(np.array(seen), np.full(3, 1e-3), 120.0, (0,))
+    heard = Measured(np.array(seen), error, shapes, np.full((3, 12), 0.02), folds=folds)
     found = compare(heard, values, shapes)
     if cost is None:  # near neither: a mode at 53.5 Hz or 66.5 Hz moves as the second one does
         assert found.chi2 > 1000
         return
-    assert found.chi2 == pytest.approx(cost, abs=1e-6)
-    assert found.modulus == pytest.approx(1.0, rel=1e-6)
-    assert found.read == pytest.approx([5.0, 19.0, 66.5])
-    assert found.chi2 <= compare(replace(heard, folds=()), values, shapes).chi2
+    assert found.chi2 == pytest.approx(cost, abs=0.01)
+    assert found.pitch_chi2 == pytest.approx(found.chi2, abs=0.01)  # by which a body is judged
+    assert found.modulus == pytest.approx(1.0, rel=1e-4)
+    assert found.read == pytest.approx([5.0, 19.0, 66.5], rel=1e-4)
 
 
-def test_what_may_be_a_fold_lies_near_half_the_frame_rate():
-    found = folds_of(np.array([55.0, 53.5, 30.0, 66.5]), 120.0)
-    assert found == ((1, 66.5), (3, 53.5))
+def test_what_may_be_a_fold_costs_a_body_nothing_that_has_the_pitch_as_seen():
+    """Of two modes that a camera sees nearly alike, one lies where the other one would fold."""
+    values, rng = (2 * np.pi * np.array([5.0, 53.5, 66.5])) ** 2, np.random.default_rng(9)
+    for _ in range(40):
+        first, second, other = np.linalg.qr(rng.standard_normal((6, 3)))[0].T
+        shapes = np.stack([first, second, second + 0.2 * other])
+        seen = np.stack([first, second + 0.1 * other])
+        heard = Measured(
+            np.array([5.0, 53.5]),
+            np.full(2, 0.003),
+            seen,
+            np.full((2, 6), 0.02),
+            folds=((1, 66.5),),
+        )
+        plain = compare(replace(heard, folds=()), values, shapes)
+        assert compare(heard, values, shapes).chi2 <= plain.chi2 + 1e-9
+
+
+def test_what_may_be_a_fold_lies_near_half_the_frame_rate_and_dies_as_a_mode():
+    seen, known = np.array([3.0, 55.0, 53.5, 30.0, 66.5, 130.0, 250.0]), (0, 1)
+    z = np.array([0.02, 0.02, 0.02, 0.02, 1e-4, 0.02, 0.02])
+    ((k, other),) = folds_of(seen, z, 120.0, known)
+    decay, damped = (z * seen)[2], seen[2] * np.sqrt(1 - z[2] ** 2)
+    assert k == 2 and other == pytest.approx(np.hypot(120 - damped, decay), rel=1e-12)
 
 
 def test_what_parts_one_pair_of_a_body_parts_its_other_pairs():

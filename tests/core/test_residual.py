@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core.body_error import body_error, leaves, mends, misleads
+from core.body_error import PULLED, body_error, leaves, mends, misleads
 from core.channels import Channels
 from core.effects import air_drag, contact, stiffness_drift
 from core.examine import _bends, _outweighs
@@ -107,9 +107,28 @@ def body_of(data: Channels, pulls, shares=()) -> tuple:
     ground = SimpleNamespace(data=data, measured=measured, damping_ratio=np.full(2, 1e-6))
     off = 0.01 * pulls + [0.01 * shares.sum(), 0.0]
     found = SimpleNamespace(
-        pitch_pull=pulls, together=shares, frequency=pitch * np.exp(-off), shapes=shapes
+        pitch_pull=pulls,
+        together=shares,
+        frequency=pitch * np.exp(-off),
+        shapes=shapes,
+        read=pitch.copy(),
+        folded=(),
     )
     return SimpleNamespace(damped=declared), ground, found
+
+
+def test_a_pitch_that_is_read_as_folded_shows_the_other_way_and_by_as_many_hertz():
+    """One that is as far above what folds as another one is below the pitch as seen."""
+    data = waving("one", 1.0)
+    verdict, there, plain = body_of(data, (8.0, 0.0))
+    seen, twice = plain.read[0], 2 * plain.read[0]
+    down = seen * (1 - np.exp(-0.01 * (8.0 - PULLED)))  # what is forgiven is forgiven of either
+    up = PULLED + 100 * np.log(1 + down / twice)
+    _, _, folded = body_of(data, (-up, 0.0))
+    folded.read[0], folded.folded = twice, (0,)
+    assert body_error(verdict, there, folded).held_out == pytest.approx(
+        body_error(verdict, there, plain).held_out, rel=1e-6
+    )
 
 
 def test_a_computed_pitch_is_forgiven_what_it_may_be_off_by_and_no_more():

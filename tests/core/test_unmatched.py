@@ -125,17 +125,18 @@ def test_a_stranger_is_no_fold_of_what_would_have_to_die_otherwise(
         shrink=np.ones(3),
         doubt=np.full(3, 0.002),
     )
-    final = SimpleNamespace(frequency=np.array([3.6]), damping_ratio=np.array([first]))
+    law = SimpleNamespace(effects=())
+    final = SimpleNamespace(frequency=np.array([3.6]), damping_ratio=np.array([first]), law=law)
     one = FurtherMode(seen_at, damping_ratio, np.ones(3), 1e-3, 0.2, 4)
     monkeypatch.setattr(stranger, "further_modes", lambda verdict, *but: [one])
-    found = stranger.strangers(SimpleNamespace(final=final, names=()), ground)
+    found = stranger.strangers(SimpleNamespace(final=final), ground)
     assert found == ([seen_at] if strange else [])
 
 
 @pytest.mark.parametrize(
     ("names", "loud", "strange"),
     [((), 0.02, True), (("base_motion",), 0.02, False), (("base_motion",), 0.2, True)],
-    ids=["nothing found", "what shakes all shakes it", "louder than that"],
+    ids=["nothing acts", "what shakes all shakes it", "louder than that"],
 )
 def test_a_stranger_is_told_beside_what_shakes_all_where_it_is_loud(
     monkeypatch, names, loud, strange
@@ -149,12 +150,13 @@ def test_a_stranger_is_told_beside_what_shakes_all_where_it_is_loud(
         shrink=np.ones(2),
         doubt=np.full(2, 0.002),
     )
-    final = SimpleNamespace(frequency=np.array([2.3]), damping_ratio=np.array([0.014]))
+    law = SimpleNamespace(effects=[SimpleNamespace(name=name) for name in names])
+    final = SimpleNamespace(frequency=np.array([2.3]), damping_ratio=np.array([0.014]), law=law)
     one = FurtherMode(2.55, 0.007, np.ones(3), 1e-3, loud, 4)
     monkeypatch.setattr(
         stranger, "further_modes", lambda verdict, *but: [one] if "base_motion" in but else []
     )
-    found = stranger.strangers(SimpleNamespace(final=final, names=names), ground)
+    found = stranger.strangers(SimpleNamespace(final=final), ground)
     assert found == ([2.55] if strange else [])
 
 
@@ -166,7 +168,8 @@ def test_beside_a_folded_mode_a_fold_is_no_stranger(monkeypatch):
     ground = SimpleNamespace(
         body=body, measured=SimpleNamespace(frequency=np.array([228.0])), **kept
     )
-    seen = SimpleNamespace(frequency=np.array([12.0]), damping_ratio=np.array([0.005 * 228 / 12]))
+    z, law = np.array([0.005 * 228 / 12]), SimpleNamespace(effects=())
+    seen = SimpleNamespace(frequency=np.array([12.0]), damping_ratio=z, law=law)
     one = FurtherMode(40.0, 0.005 * 200 / 40, np.ones(3), 1e-3, 0.2, 4)
     monkeypatch.setattr(stranger, "further_modes", lambda verdict, *but: [one])
-    assert stranger.strangers(SimpleNamespace(final=seen, names=()), ground) == []
+    assert stranger.strangers(SimpleNamespace(final=seen), ground) == []
