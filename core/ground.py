@@ -11,9 +11,10 @@ from .channels import Channels
 from .compare import PITCH_FLOOR, SHAPE_FLOOR, Hypothesis, Measured, compare, rematched
 from .effects import split_modes
 from .elasticity import gravity_force
+from .folds import folds_of
 from .joint import Heard
 from .law import TimeFit, replace
-from .match import PAIR, dies_alike
+from .match import PAIR
 from .parameters import inflation
 from .sizes import size_slopes
 from .turned import sag_between
@@ -30,8 +31,6 @@ SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
 SETTLED = 0.03  # of the sag: error of geometry and a creep that nothing shows
 PLACED = 0.001  # of the body's length, that a rest place may be off by
-FOLDS = 3  # pitches at most, those nearest to half the frame rate, that may be read otherwise
-FOLD = 2.0  # ratio, up to which a pitch and what the frame rate folds to it are told by the body
 CREPT = 0.15  # the same where a creep may be at work
 TILTED = 1.4  # of the sag over the length: how far a cantilever's end turns
 
@@ -123,23 +122,6 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         base = _compared(body, data, measured, shrink) or base
     turned = between is not None
     return Ground(body, data, measured, base, shrink, sigma, ratios, computed, pull, turned)
-
-
-def folds_of(
-    pitches: np.ndarray, damping_ratio: np.ndarray, rate: float, known: tuple[int, ...]
-) -> tuple[tuple[int, float], ...]:
-    """Which of the natural pitches (K,) Hz, but the `known` ones, may be read as another one that
-    looks the same at `rate` frames/s and dies as a mode may, and that other one (Hz).
-    """
-    first, out = (pitches[0], None, damping_ratio[0]), []
-    for k, (f, z) in enumerate(zip(pitches, damping_ratio, strict=True)):
-        damped = f * np.sqrt(1 - z**2)  # which is what folds
-        if k in known or not 0 < rate - damped < FOLD * damped < FOLD**2 * (rate - damped):
-            continue
-        other = float(np.hypot(rate - damped, z * f))
-        if not first[2] or dies_alike(f, z, other, first):
-            out.append((abs(np.log(other / f)), k, other))
-    return tuple((k, other) for _, k, other in sorted(out)[:FOLDS])  # twice the readings with each
 
 
 def _compared(body: Body, data: Channels, measured: Measured, shrink) -> Hypothesis | None:

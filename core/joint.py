@@ -1,24 +1,23 @@
 """All takes of a case together: one set of modes and effects, each take with its own start."""
 
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
-from .body import Body, build_body
+from .body import Body
 from .channels import Channels
 from .conditions import common, first_take, left_out, shift
 from .data import RingDown, replace
 from .declared import with_declared
 from .effects.partner import is_of
-from .errors import RecordingError
 from .further import with_further, with_left_out, without_runaways
 from .law import TimeFit
 from .lens import fitted, straightened
-from .listen import listen, listen_from
+from .listen import listen_from
 from .match import Match, has_twin, match_modes, pursue, select
 from .outlived import outlived
 from .partners import FAINT, gaps_of, heard_split, swing_of, with_partners
+from .recorded import first_periods, recorded
 from .residual import NOISY, excess
 from .seat import seated
 from .settle import (
@@ -31,7 +30,6 @@ from .settle import (
     settle_poles,
     untied,
 )
-from .side_by_side import side_by_side
 from .symmetry import is_even
 from .timefit import fit
 from .unheard import bare, rest_of, weak_modes
@@ -44,7 +42,6 @@ AUDIBLE = 0.05  # of the motion, rms, that must be left for that
 MORE = 1.1  # times the misfit, from which another seat of the loads leaves more
 LADEN = 1.5  # of how far a load parts a pair as computed: its place and width are not sure
 SEAT = 0.1  # of how far a load shifts a pitch, that its place and width may part a pair by
-HELD_PERIODS = 2.0  # of the first mode, from which the start of a held-out take is fitted
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +84,7 @@ def hear(body: Body, find_release) -> Heard:
 
     Raises RecordingError as `listen` does of the first take.
     """
-    ground = _listened(body, find_release)
+    ground = recorded(body, find_release)
     matches = _matches(ground)
     later = _outlived(ground, matches)
     if later is not ground:
@@ -143,55 +140,6 @@ def heard_by(ground: Recorded, whole: tuple) -> Heard:
     )
 
 
-def _listened(body: Body, find_release) -> Recorded:
-    """The takes and the bodies that they need, and every take's ring-down."""
-    body, pairs = _usable(body, find_release)
-    case = body.case
-    rings = tuple(ring for _, ring in pairs)
-    takes = tuple(_first_periods(d, r) if d.take.held_out else d for d, r in pairs)
-    keys = [_key(take) for take in case.takes]
-    fitted = [key for key, data in zip(keys, takes, strict=True) if not data.take.held_out]
-    order = list(dict.fromkeys([*fitted, *keys]))
-    condition = tuple(order.index(key) for key in keys)
-    others = [case.takes[keys.index(key)] for key in order[1:]]
-    bodies = (
-        body,
-        *(build_body(case, body.bare, take, body.carried, body.seats) for take in others),
-    )
-    return Recorded(takes, condition, bodies, rings)
-
-
-def _usable(body: Body, find_release) -> tuple[Body, list]:
-    """The body with the takes that can be heard, and what `listen` says of each.
-
-    Raises what the first take is refused for, or any where no other is fitted.
-    """
-    takes = body.case.takes
-    pairs = side_by_side([partial(_heard_or_why, take, find_release) for take in takes])
-    refused = [n for n, pair in enumerate(pairs) if isinstance(pair, RecordingError)]
-    if not refused:
-        return body, pairs
-    if 0 in refused:  # whose loads the body bears
-        raise pairs[0]
-    first, *later = (take for n, take in enumerate(takes) if n not in refused)
-    instead = "The other takes were used without it."
-    if any(takes[n].held_out for n in refused) and not any(take.held_out for take in later):
-        instead += " Held out is the last third of each of them."
-    recording, told = first.recording, [f"{pairs[n]} {instead}" for n in refused]
-    first = replace(first, recording=replace(recording, warnings=(*recording.warnings, *told)))
-    (data, ring), *others = (pair for n, pair in enumerate(pairs) if n not in refused)
-    case = replace(body.case, takes=(first, *later))
-    return replace(body, case=case), [(replace(data, take=first), ring), *others]
-
-
-def _heard_or_why(take, find_release):
-    """What `listen` returns, or what it raises."""
-    try:
-        return listen(take, find_release)
-    except RecordingError as why:
-        return why
-
-
 def _matches(ground: Recorded) -> dict[int, Match]:
     """The match of the first fitted take of every condition."""
     return {
@@ -215,7 +163,7 @@ def _outlived(ground: Recorded, matches: dict[int, Match]) -> Recorded:
         if when > 0:
             takes[i], heard[i] = listen_from(data, ring, when)
             if data.take.held_out:
-                takes[i] = _first_periods(takes[i], ring)
+                takes[i] = first_periods(takes[i], ring)
     if all(new is old for new, old in zip(takes, ground.takes, strict=True)):
         return ground
     return replace(ground, takes=tuple(takes), rings=tuple(heard))
@@ -338,15 +286,6 @@ def laid_bare(heard: Heard, found: TimeFit, effects: int) -> TimeFit:
         gaps = gaps_of(heard.match.modes, heard.body)
         found = with_partners(found, gaps, effects)
     return with_further(found, heard.match, heard.body, at=len(found.law.effects) - effects)
-
-
-def _key(take):
-    loads = tuple((load.mass, *load.position) for load in take.loads)
-    return loads, None if take.gravity is None else tuple(take.gravity)
-
-
-def _first_periods(data: Channels, ring: RingDown) -> Channels:
-    return replace(data, fit=data.time <= data.time[0] + HELD_PERIODS / ring.frequency[0])
 
 
 def _match(data: Channels, ring: RingDown, body: Body) -> Match:

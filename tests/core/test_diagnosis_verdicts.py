@@ -85,6 +85,19 @@ def test_a_motion_that_dies_within_one_swing_is_refused_in_one_line(tmp_path):
         calibrate_case(path, elements=300)
 
 
+def test_a_case_goes_on_without_a_later_take_that_dies_within_one_swing(tmp_path):
+    path = case(tmp_path, swing(4, 0.7), 120, 2)
+    (tmp_path / "tracks.csv").rename(tmp_path / "stopped.csv")
+    alone = calibrate_case(case(tmp_path, swing(5, 0.03), 120, 4), elements=300).report
+    text = path.read_text()
+    path.write_text(text.replace("[[marker]]", '[[take]]\ntracks = "stopped.csv"\n[[marker]]'))
+    report = calibrate_case(path, elements=300).report
+    assert report["diagnosis"]["verdict"] == "adequate" and "takes" not in report["error"]
+    assert report["youngs_modulus"] == alone["youngs_modulus"]
+    (line,) = [w for w in report["warnings"] if w not in alone["warnings"]]
+    assert line.startswith("recording stopped.csv: the motion dies") and "without it" in line
+
+
 def test_amplitudes_are_those_at_the_release_between_two_frames(tmp_path):
     path = case(tmp_path, swing(5, 0.08), 30, 4, noise=1e-6)
     path.write_text(path.read_text().replace("[[marker]]", "start = 0.05\n[[marker]]"))

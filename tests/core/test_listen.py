@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core import joint
+from core import recorded
 from core.data import Marker, Recording, Take
 from core.errors import RecordingError
 from core.listen import listen
@@ -71,7 +71,7 @@ def test_a_marker_that_nobody_tracked_is_not_believed_beyond_the_others():
 
 def test_of_takes_that_are_refused_the_first_one_is_told(monkeypatch):
     """Whichever of them is heard first."""
-    monkeypatch.setattr(joint, "side_by_side", lambda jobs: [job() for job in jobs[::-1]][::-1])
+    monkeypatch.setattr(recorded, "side_by_side", lambda jobs: [job() for job in jobs[::-1]][::-1])
     rng, still = np.random.default_rng(1), held_then_free(0, 0)
     takes = [
         replace(
@@ -83,7 +83,7 @@ def test_of_takes_that_are_refused_the_first_one_is_told(monkeypatch):
     ]
     body = SimpleNamespace(case=SimpleNamespace(takes=takes))
     with pytest.raises(RecordingError, match="recording one"):
-        joint._listened(body, lambda time, signals: (0.0, time[-1]))
+        recorded.recorded(body, lambda time, signals: (0.0, time[-1]))
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def test_a_later_take_that_cannot_be_heard_is_left_out_and_told(held_out):
         moves, name="two", recording=replace(moves.recording, values=noise), held_out=held_out
     )
     takes = (replace(moves, name="one"), still, replace(moves, name="three"))
-    kept, pairs = joint._usable(
+    kept, pairs = recorded._usable(
         Filmed(case=Filmed(takes=takes)), lambda time, signals: (0.0, time[-1])
     )
     assert [take.name for take in kept.case.takes] == ["one", "three"]
@@ -118,7 +118,7 @@ def test_a_case_whose_first_take_cannot_be_heard_is_refused():
     noise = NOISE * rng.standard_normal((240, 3, 3))
     still = replace(moves, name="one", recording=replace(moves.recording, values=noise))
     with pytest.raises(RecordingError, match="recording one"):
-        joint._usable(
+        recorded._usable(
             Filmed(case=Filmed(takes=(still, moves))), lambda time, signals: (0.0, time[-1])
         )
 

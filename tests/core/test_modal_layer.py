@@ -14,7 +14,8 @@ from core.data import Material
 from core.doubt import DOUBT, chance_of
 from core.effects import added_mass, compliant_pin, graded_stiffness, poisson_ratio
 from core.elasticity import assemble, hold, lump_operator, lump_radius
-from core.ground import folds_of, parted
+from core.folds import folds_of
+from core.ground import parted
 from core.match import mac
 from core.modal_layer import _fit, improved
 from core.modes import solve_modes
