@@ -15,10 +15,10 @@ from .law import TimeFit
 from .lens import fitted, straightened
 from .listen import listen_from
 from .match import Match, has_twin, match_modes, pursue, select
-from .outlived import outlived
+from .outlived import brief, outlived
 from .partners import FAINT, gaps_of, heard_split, swing_of, with_partners
 from .recorded import first_periods, recorded
-from .residual import NOISY, excess
+from .residual import NOISY, QUIET, excess
 from .seat import seated
 from .settle import (
     Recorded,
@@ -90,6 +90,7 @@ def hear(body: Body, find_release) -> Heard:
     if later is not ground:
         ground, matches = later, _matches(later)
     heard = _hear(ground, matches)
+    ground, heard = _without_the_brief(ground, heard)
     sitting = seated(ground, ground.rings)
     if sitting is ground:
         return heard
@@ -167,6 +168,28 @@ def _outlived(ground: Recorded, matches: dict[int, Match]) -> Recorded:
     if all(new is old for new, old in zip(takes, ground.takes, strict=True)):
         return ground
     return replace(ground, takes=tuple(takes), rings=tuple(heard))
+
+
+def _without_the_brief(ground: Recorded, heard: Heard) -> tuple[Recorded, Heard]:
+    """The takes, and what was heard, from where what the modes leave has died, if it is brief and
+    they leave but noise then.
+    """
+    free, takes, rings = heard.free, list(ground.takes), list(ground.rings)
+    if free.chi2 < QUIET * free.samples:
+        return ground, heard
+    for take, i in enumerate(ground.fitted):
+        data, on = takes[i], ~takes[i].support
+        left = (free.missed(take) / data.sigma)[data.fit][:, on]
+        shape = (free.shapes_of(take)[0] / data.sigma)[on]
+        when = brief(left, data.time[data.fit], shape, 1 / free.pitches(take)[0])
+        if when > 0:
+            takes[i], rings[i] = listen_from(data, rings[i], when)
+    if all(new is old for new, old in zip(takes, ground.takes, strict=True)):
+        return ground, heard
+    later = replace(ground, takes=tuple(takes), rings=tuple(rings))
+    other = _hear(later, _matches(later))
+    quiet = other.free.chi2 < QUIET * other.free.samples
+    return (later, other) if quiet else (ground, heard)
 
 
 def _whole(ground: Recorded, settled: tuple, loaded: list):

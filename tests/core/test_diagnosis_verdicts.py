@@ -546,10 +546,6 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="a mass parts one pair more than can be heard, and the others",
         ),
         pytest.param(
-            "two:relaxation+dry_friction", 72001, {"relaxation", "dry_friction"}, 1.4,
-            id="a second one is sought beside what fits best, not only beside what foretells best",
-        ),
-        pytest.param(
             "relaxation", 687816, {"relaxation"}, 1.1,
             id="a mean that creeps is no mode of which two periods are wanted",
         ),
@@ -604,6 +600,21 @@ def test_what_was_planted_is_named_and_nothing_else(kind, seed, names, most, tmp
     report = calibrate_case(tmp_path / "case.toml").report
     assert {e["name"] for e in report["diagnosis"]["effects"]} == names
     assert report["error"]["after"] < most * report["error"]["floor"]
+
+
+@pytest.mark.slow
+def test_a_second_one_is_sought_beside_what_fits_best_too(tmp_path):
+    """Not only beside what foretells best; a creep and an uneven stiffness are twins here, and
+    rounding decides which is named.
+    """
+    make("two:relaxation+dry_friction", 72001, tmp_path)
+    report = calibrate_case(tmp_path / "case.toml").report
+    named = {e["name"]: e["twins"] for e in report["diagnosis"]["effects"]}
+    assert len(named) == 2
+    assert "dry_friction" in named
+    other = named.get("relaxation") or named.get("asymmetric_stiffness") or []
+    assert "relaxation" in [*named, *other]
+    assert report["error"]["after"] < 1.4 * report["error"]["floor"]
 
 
 @pytest.mark.slow

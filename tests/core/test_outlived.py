@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 
+from core.case import read_case
 from core.data import RingDown, poles
 from core.listen import listen_from
 from core.match import select
-from core.outlived import FADED, outlived
+from core.outlived import FADED, brief, outlived
+from core.pipeline import calibrate_case
 from tests.core.test_timefit import RATE, channels
+from tests.truth import make
 
 TIME = np.arange(5 * RATE) / RATE
 LOW = np.array([6.0, 9.0]), np.array([0.02, 0.025])
@@ -83,3 +86,42 @@ def test_the_strongest_mode_is_not_let_die():
 def test_a_take_that_is_silent_then_stays_whole():
     data, ring, _ = many()
     assert listen_from(data, ring, TIME[-5]) == (data, ring)
+
+
+def left_by(shape, lasting, seed=0):
+    """What a fit of a mode at 6 Hz leaves: a motion that dies in `lasting` s, and noise."""
+    rng = np.random.default_rng(seed)
+    burst = 20 * np.exp(-TIME / lasting) * np.cos(2 * np.pi * 31.0 * TIME)
+    return rng.standard_normal((len(TIME), MARKERS)) + np.outer(burst, shape)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_only_what_dies_within_part_of_a_swing_and_moves_otherwise_is_brief(seed):
+    rng = np.random.default_rng(seed)
+    first, other = np.linalg.qr(rng.standard_normal((MARKERS, 2)))[0].T
+    period = 1 / LOW[0][0]
+    assert brief(left_by(other, 0.02), TIME, first, period) == pytest.approx(0.35 * period)
+    assert brief(left_by(first, 0.02), TIME, first, period) == 0.0  # a stop on its way
+    assert brief(left_by(other, 0.2), TIME, first, period) == 0.0  # a mode that can be heard
+    assert brief(left_by(other, 0.02), TIME, first, 2 * TIME[-1]) == 0.0  # too little would stay
+
+
+@pytest.mark.slow
+def test_a_release_that_rings_many_fast_modes_at_once_lacks_no_effect(tmp_path):
+    """Twenty of them, each too brief to be heard by itself; they once passed for a stop."""
+    truth = make("null", 92, tmp_path)
+    head, *rows = (tmp_path / "tracks.csv").read_text().splitlines()
+    values = np.array([[float(x) for x in row.split(",")] for row in rows])
+    rate = truth["fps"]
+    release = read_case(tmp_path / "case.toml").takes[0].recording.start
+    since = np.arange(len(values)) / rate - release
+    rng = np.random.default_rng(3)
+    for f in np.linspace(0.15, 0.45, 20) * rate:
+        shape = rng.standard_normal(values.shape[1]) * 12 * truth["sigma"]
+        shape[[name.startswith("s") for name in head.split(",")]] = 0.0
+        ring = np.exp(-60.0 * since) * np.cos(2 * np.pi * f * since + rng.uniform(0, 6.28))
+        values += np.outer(np.where(since >= 0, ring, 0.0), shape)
+    np.savetxt(tmp_path / "tracks.csv", values, delimiter=",", header=head, comments="")
+    report = calibrate_case(tmp_path / "case.toml").report
+    assert report["diagnosis"]["verdict"] == "adequate"
+    assert report["error"]["after"] < 1.1 * report["error"]["floor"]
