@@ -54,12 +54,12 @@ def brief(left: np.ndarray, time: np.ndarray, shape: np.ndarray, period: float) 
     strongest mode's in these units, of `period` s.
     """
     early = time < BRIEF * period
-    if early.all() or time[-1] * SHARE < BRIEF * period:
+    if not early.any() or time[-1] * SHARE < BRIEF * period:
         return 0.0
     first, all_of_it = left[early], left
     over = [np.nansum(part**2 - 1) for part in (first, all_of_it)]
     known = np.nan_to_num(first)
     along = ((known @ shape) ** 2).sum() / (shape @ shape) / (known**2).sum()
-    if over[0] < NEARLY * over[1] or along > ACROSS:
+    if over[1] <= 0 or over[0] < NEARLY * over[1] or along > ACROSS:
         return 0.0
     return float(BRIEF * period)

@@ -104,6 +104,8 @@ def test_only_what_dies_within_part_of_a_swing_and_moves_otherwise_is_brief(seed
     assert brief(left_by(first, 0.02), TIME, first, period) == 0.0  # a stop on its way
     assert brief(left_by(other, 0.2), TIME, first, period) == 0.0  # a mode that can be heard
     assert brief(left_by(other, 0.02), TIME, first, 2 * TIME[-1]) == 0.0  # too little would stay
+    assert brief(left_by(other, 0.02), TIME + period, first, period) == 0.0  # it began later
+    assert brief(0.9 * left_by(0 * other, 0.02), TIME, first, period) == 0.0  # less than noise
 
 
 @pytest.mark.slow
