@@ -41,6 +41,8 @@ SHOWN = 0.7  # of that, rms, is left at most when it shows
 AUDIBLE = 0.05  # of the motion, rms, that must be left for that
 MORE = 1.1  # times the misfit, from which another seat of the loads leaves more
 LADEN = 1.5  # of how far a load parts a pair as computed: its place and width are not sure
+LASTING = 0.1  # damping ratio from which a swing is so brief itself
+LOUD = 0.2  # of the strongest mode's swing, from which another one's is no trifle
 SEAT = 0.1  # of how far a load shifts a pitch, that its place and width may part a pair by
 
 
@@ -171,25 +173,31 @@ def _outlived(ground: Recorded, matches: dict[int, Match]) -> Recorded:
 
 
 def _without_the_brief(ground: Recorded, heard: Heard) -> tuple[Recorded, Heard]:
-    """The takes, and what was heard, from where what the modes leave has died, if it is brief and
-    they leave but noise then.
+    """The takes, and what was heard, from where a brief burst has died that no mode tells; as they
+    were where more than noise is left then, or a mode is heard no more. Held-out takes stay whole.
     """
     free, takes, rings = heard.free, list(ground.takes), list(ground.rings)
     if free.chi2 < QUIET * free.samples:
         return ground, heard
     for take, i in enumerate(ground.fitted):
-        data, on = takes[i], ~takes[i].support
-        left = (free.missed(take) / data.sigma)[data.fit][:, on]
-        shape = (free.shapes_of(take)[0] / data.sigma)[on]
-        when = brief(left, data.time[data.fit], shape, 1 / free.pitches(take)[0])
-        if when > 0:
+        data, K = takes[i], free.law.modes
+        at = free.law.own * free.law.condition[i]
+        shapes = free.coefficients[:, at : at + free.law.own].T / data.sigma
+        left = (free.missed(take) / data.sigma)[data.fit]
+        swing = np.linalg.norm(shapes[:K, ~data.support], axis=1) * free.motions[take].std(axis=0)
+        loud, first = np.ones(len(shapes), bool), int(np.argmax(swing))  # a pair's other way, too
+        loud[:K] = swing > LOUD * swing.max()
+        period = 1 / free.pitches(take)[first]
+        when = brief(left, data.time[data.fit], shapes[loud], ~data.support, period)
+        if when > 0 and free.damping_ratios(take)[first] < LASTING:
             takes[i], rings[i] = listen_from(data, rings[i], when)
     if all(new is old for new, old in zip(takes, ground.takes, strict=True)):
         return ground, heard
     later = replace(ground, takes=tuple(takes), rings=tuple(rings))
     other = _hear(later, _matches(later))
     quiet = other.free.chi2 < QUIET * other.free.samples
-    return (later, other) if quiet else (ground, heard)
+    same = set(heard.match.modes) <= set(other.match.modes)
+    return (later, other) if quiet and same else (ground, heard)
 
 
 def _whole(ground: Recorded, settled: tuple, loaded: list):

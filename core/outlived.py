@@ -1,5 +1,5 @@
 """Where the fit of a take begins: once what rings above all computed modes of the body has died, or
-what so many of them ring that none of it is heard by itself.
+a burst of modes that are too many and too brief to be heard one by one.
 
 A blow on a compact body, or a pull at a point of it, rings so many modes that they cannot all be
 fitted. High ones die first, so the first frames are left out instead.
@@ -12,13 +12,15 @@ from .baseline import real_shapes
 from .channels import Channels
 from .data import RingDown, poles
 from .match import ACROSS, mac
+from .residual import NOISY, QUIET
 
 FEW = 3  # of them, from which they are waited for; fewer are fitted as further modes
 FADED = 3.0  # noise, of all channels together, that such a mode has died to
 SPENT = 0.9  # nepers that the strongest mode may die by meanwhile
 SHARE = 0.5  # of the fitted part that may be left out
-BRIEF = 0.35  # of the strongest mode's period: before it is on the far side, where a stop may be
-NEARLY = 0.8  # of what is left beyond noise, that lies within it
+BRIEF = 0.35  # of the strongest mode's period: what has died by then is no mode that can be heard
+AFTER = 2.0  # periods that stay at least: less is fitted by almost anything
+NEARLY = 0.8  # of what is left beyond noise, that lies within the first third of a swing
 
 
 def outlived(data: Channels, ring: RingDown, known: RingDown, top: float) -> float:
@@ -46,20 +48,34 @@ def outlived(data: Channels, ring: RingDown, known: RingDown, top: float) -> flo
     return float(min(silent, SPENT / dying, SHARE * data.time[data.fit][-1]))
 
 
-def brief(left: np.ndarray, time: np.ndarray, shape: np.ndarray, period: float) -> float:
-    """s after the release at which what a fit leaves has died away, where it does so within part of
-    a swing and moves otherwise than that; 0 elsewhere.
+def brief(
+    left: np.ndarray, time: np.ndarray, loud: np.ndarray, on: np.ndarray, period: float
+) -> float:
+    """A third of a swing, s since the release, where nearly all that a fit leaves of a take lies
+    within that and is no motion of its `loud` modes; 0 elsewhere, or where too little stays.
 
-    left (T, C): noise units, of the fitted part at `time` (T,) s since the release; shape (C,): the
-    strongest mode's in these units, of `period` s.
+    left (T, C): noise units, of the fitted part at `time` (T,) s; loud (m, C): their shapes in
+    these units; on (C,) bool: channels on the object; the strongest mode is of `period` s.
     """
     early = time < BRIEF * period
-    if not early.any() or time[-1] * SHARE < BRIEF * period:
+    if not early.any() or time[-1] < (BRIEF + AFTER) * period:
         return 0.0
-    first, all_of_it = left[early], left
-    over = [np.nansum(part**2 - 1) for part in (first, all_of_it)]
-    known = np.nan_to_num(first)
-    along = ((known @ shape) ** 2).sum() / (shape @ shape) / (known**2).sum()
-    if over[1] <= 0 or over[0] < NEARLY * over[1] or along > ACROSS:
+    over = np.nansum(left[:, on] ** 2 - 1)
+    seen = np.isfinite(left[:, on])
+    if over < (QUIET - 1) * seen.sum():
         return 0.0
-    return float(BRIEF * period)
+    first, still = left[early][:, on], left[early][:, ~on]
+    shaken = np.isfinite(still).any() and np.nanmean(still**2) > NOISY
+    if shaken or np.nansum(first**2 - 1) < NEARLY * over:
+        return 0.0
+    along = sum(_along(frame, loud[:, on]) for frame in first)
+    return 0.0 if along > ACROSS * np.nansum(first**2 - 1) else float(BRIEF * period)
+
+
+def _along(frame: np.ndarray, shapes: np.ndarray) -> float:
+    """Energy beyond noise of a frame (C,), some of it unseen, that goes along shapes (m, C)."""
+    seen = np.isfinite(frame)
+    if seen.sum() <= len(shapes):
+        return float(np.nansum(frame**2))
+    q, _ = np.linalg.qr(shapes[:, seen].T)
+    return float(((q.T @ frame[seen]) ** 2).sum() - len(shapes))

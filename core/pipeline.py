@@ -49,6 +49,7 @@ from .weight import carries_weight, with_weight
 
 ELEMENTS = 1500  # tetrahedra, where none are asked for
 ELEMENT = "p2"
+LATE = 4  # frames after the release from which a take begins late: three may have been held still
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,6 +245,12 @@ def _heard_warnings(case: Case, heard: Heard) -> list[str]:
     out = [w for take in takes for w in take.recording.warnings]
     out += [w for ring in heard.rings for w in ring.warnings]
     for data in heard.takes:
+        if data.time[0] > LATE * data.frame:
+            out.append(
+                f"{data.take.name}: the first {data.time[0]:.2g} s after the release ring more "
+                "fast modes than can be told apart, and were left out. What acts only then is not "
+                "named."
+            )
         rate, f = 1 / data.frame, float(heard.free.frequency[0])
         if f * data.frame > FOLDED:
             out.append(
