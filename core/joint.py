@@ -13,11 +13,10 @@ from .effects.partner import is_of
 from .further import with_further, with_left_out, without_runaways
 from .law import TimeFit
 from .lens import fitted, straightened
-from .listen import listen_from
 from .match import Match, has_twin, match_modes, pursue, select
-from .outlived import brief, outlived
+from .outlived import after_bursts, after_outlived
 from .partners import FAINT, gaps_of, heard_split, swing_of, with_partners
-from .recorded import first_periods, recorded
+from .recorded import recorded
 from .residual import NOISY, QUIET, excess
 from .seat import seated
 from .settle import (
@@ -41,8 +40,6 @@ SHOWN = 0.7  # of that, rms, is left at most when it shows
 AUDIBLE = 0.05  # of the motion, rms, that must be left for that
 MORE = 1.1  # times the misfit, from which another seat of the loads leaves more
 LADEN = 1.5  # of how far a load parts a pair as computed: its place and width are not sure
-LASTING = 0.1  # damping ratio from which a swing is so brief itself
-LOUD = 0.2  # of the strongest mode's swing, from which another one's is no trifle
 SEAT = 0.1  # of how far a load shifts a pitch, that its place and width may part a pair by
 
 
@@ -88,11 +85,11 @@ def hear(body: Body, find_release) -> Heard:
     """
     ground = recorded(body, find_release)
     matches = _matches(ground)
-    later = _outlived(ground, matches)
+    later = after_outlived(ground, matches)
     if later is not ground:
         ground, matches = later, _matches(later)
     heard = _hear(ground, matches)
-    ground, heard = _without_the_brief(ground, heard)
+    ground, heard = _without_bursts(ground, heard)
     sitting = seated(ground, ground.rings)
     if sitting is ground:
         return heard
@@ -151,49 +148,13 @@ def _matches(ground: Recorded) -> dict[int, Match]:
     }
 
 
-def _outlived(ground: Recorded, matches: dict[int, Match]) -> Recorded:
-    """The takes and their ring-downs from where what rings above all computed modes has died."""
-    takes, heard = list(ground.takes), list(ground.rings)
-    for i, (data, ring) in enumerate(zip(ground.takes, ground.rings, strict=True)):
-        c = ground.condition[i]
-        if c not in matches or None in matches[c].modes:
-            continue
-        source = next(j for j in ground.fitted if ground.condition[j] == c)
-        known = select(ground.rings[source], matches[c].poles)
-        computed = ground.bodies[c].modes.frequency
-        top = computed[-1] * known.frequency[0] / computed[matches[c].modes[0]]
-        when = outlived(data, ring, known, top)
-        if when > 0:
-            takes[i], heard[i] = listen_from(data, ring, when)
-            if data.take.held_out:
-                takes[i] = first_periods(takes[i], ring)
-    if all(new is old for new, old in zip(takes, ground.takes, strict=True)):
-        return ground
-    return replace(ground, takes=tuple(takes), rings=tuple(heard))
-
-
-def _without_the_brief(ground: Recorded, heard: Heard) -> tuple[Recorded, Heard]:
-    """The takes, and what was heard, from where a brief burst has died that no mode tells; as they
-    were where more than noise is left then, or a mode is heard no more. Held-out takes stay whole.
+def _without_bursts(ground: Recorded, heard: Heard) -> tuple[Recorded, Heard]:
+    """The takes, and what was heard, after brief bursts; as they were where more than noise is left
+    then, or a mode is heard no more.
     """
-    free, takes, rings = heard.free, list(ground.takes), list(ground.rings)
-    if free.chi2 < QUIET * free.samples:
+    later = after_bursts(ground, heard.free)
+    if later is ground:
         return ground, heard
-    for take, i in enumerate(ground.fitted):
-        data, K = takes[i], free.law.modes
-        at = free.law.own * free.law.condition[i]
-        shapes = free.coefficients[:, at : at + free.law.own].T / data.sigma
-        left = (free.missed(take) / data.sigma)[data.fit]
-        swing = np.linalg.norm(shapes[:K, ~data.support], axis=1) * free.motions[take].std(axis=0)
-        loud, first = np.ones(len(shapes), bool), int(np.argmax(swing))  # a pair's other way, too
-        loud[:K] = swing > LOUD * swing.max()
-        period = 1 / free.pitches(take)[first]
-        when = brief(left, data.time[data.fit], shapes[loud], ~data.support, period)
-        if when > 0 and free.damping_ratios(take)[first] < LASTING:
-            takes[i], rings[i] = listen_from(data, rings[i], when)
-    if all(new is old for new, old in zip(takes, ground.takes, strict=True)):
-        return ground, heard
-    later = replace(ground, takes=tuple(takes), rings=tuple(rings))
     other = _hear(later, _matches(later))
     quiet = other.free.chi2 < QUIET * other.free.samples
     same = set(heard.match.modes) <= set(other.match.modes)

@@ -7,7 +7,7 @@ from core.case import read_case
 from core.data import RingDown, poles
 from core.listen import listen_from
 from core.match import select
-from core.outlived import FADED, brief, outlived
+from core.outlived import FADED, burst, outlived
 from core.pipeline import calibrate_case
 from tests.core.test_timefit import RATE, channels
 from tests.truth import make
@@ -101,26 +101,26 @@ def test_only_what_dies_within_part_of_a_swing_and_moves_otherwise_is_brief(seed
     first, other = np.linalg.qr(rng.standard_normal((MARKERS, 2)))[0].T
     period, on = 1 / LOW[0][0], np.arange(MARKERS) < MARKERS - 2
     other = np.where(on, other, 0.0)
-    burst, known = left_by(other, 0.02), (first[None], on, period)
-    assert brief(burst, TIME, *known) == pytest.approx(0.35 * period)
-    assert brief(left_by(first, 0.02), TIME, *known) == 0.0  # a stop on its way
+    brief, known = left_by(other, 0.02), (first[None], on, period)
+    assert burst(brief, TIME, *known) == pytest.approx(0.35 * period)
+    assert burst(left_by(first, 0.02), TIME, *known) == 0.0  # a stop on its way
     half = left_by(first, 0.02)
     half[:, : MARKERS // 2] = np.nan
-    assert brief(half, TIME, *known) == 0.0  # the same behind a hand
-    assert brief(burst, TIME, np.array([first, other]), on, period) == 0.0  # lost frames
-    assert brief(left_by(other, 0.2), TIME, *known) == 0.0  # a mode that can be heard
-    assert brief(burst, TIME, first[None], on, TIME[-1] / 2) == 0.0  # too little would stay
-    assert brief(burst, TIME + period, *known) == 0.0  # it began later
-    shaken = burst.copy()
+    assert burst(half, TIME, *known) == 0.0  # the same behind a hand
+    assert burst(brief, TIME, np.array([first, other]), on, period) == 0.0  # lost frames
+    assert burst(left_by(other, 0.2), TIME, *known) == 0.0  # a mode that can be heard
+    assert burst(brief, TIME, first[None], on, TIME[-1] / 2) == 0.0  # too little would stay
+    assert burst(brief, TIME + period, *known) == 0.0  # it began later
+    shaken = brief.copy()
     shaken[:20, ~on] += 9.0
-    assert brief(shaken, TIME, *known) == 0.0  # a knock of the table
+    assert burst(shaken, TIME, *known) == 0.0  # a knock of the table
 
 
 def test_noise_is_never_taken_for_a_burst():
     first = np.ones((1, MARKERS)) / np.sqrt(MARKERS)
     for seed in range(200):
         noise = left_by(0 * first[0], 0.02, seed)
-        assert brief(noise, TIME, first, np.ones(MARKERS, bool), 1 / LOW[0][0]) == 0.0
+        assert burst(noise, TIME, first, np.ones(MARKERS, bool), 1 / LOW[0][0]) == 0.0
 
 
 @pytest.mark.slow
