@@ -114,7 +114,7 @@ def burst(
     these units; on (C,) bool: channels on the object; the strongest mode is of `period` s.
     """
     early = time < THIRD * period
-    if not early.any() or time[-1] < (THIRD + AFTER) * period:
+    if time[-1] < (THIRD + AFTER) * period:
         return 0.0
     over = np.nansum(left[:, on] ** 2 - 1)
     seen = np.isfinite(left[:, on])
