@@ -100,7 +100,7 @@ def test_only_what_dies_within_part_of_a_swing_and_moves_otherwise_is_brief(seed
     rng = np.random.default_rng(seed)
     first, other = np.linalg.qr(rng.standard_normal((MARKERS, 2)))[0].T
     period, on = 1 / LOW[0][0], np.arange(MARKERS) < MARKERS - 2
-    other = np.where(on, other, 0.0)
+    first, other = np.where(on, first, 0.0), np.where(on, other, 0.0)
     brief, known = left_by(other, 0.02), (first[None], on, period)
     assert burst(brief, TIME, *known) == pytest.approx(0.35 * period)
     assert burst(left_by(first, 0.02), TIME, *known) == 0.0  # a stop on its way
