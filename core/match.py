@@ -126,14 +126,37 @@ def match_modes(
     """
     answer = _matched(ring, chase, frequency, shapes, rate, likeness)
     if None in answer.modes:  # it and one that lies near may have turned into one another
-        return _matched(ring, chase, frequency, shapes, rate, _turned)
+        answer = _matched(ring, chase, frequency, shapes, rate, _turned)
+        return _led_by_another(ring, chase, frequency, shapes, rate) or answer
     lower = _below(answer, ring, chase, frequency, shapes)
     if lower is None:
         return answer
-    order = [lower, *(n for n in range(len(chase[0])) if n != lower)]
-    chase = tuple([one[n] for n in order] for one in chase)
-    other = _matched(ring, chase, frequency, shapes, rate, likeness)
+    other = _matched(ring, _led(chase, lower), frequency, shapes, rate, likeness)
     return answer if None in other.modes else other
+
+
+def _led(chase: tuple, n: int) -> tuple:
+    """The chase with its pole number n first."""
+    order = [n, *(i for i in range(len(chase[0])) if i != n)]
+    return tuple([one[i] for i in order] for one in chase)
+
+
+def _led_by_another(ring: RingDown, chase: tuple, frequency, shapes, rate) -> Match | None:
+    """The match by the strongest pole that is surely a mode and by whose pitch the strongest of all
+    is one, too, which is like none clearly enough to lead; that one first. None if there is none.
+
+    What bends one mode's shape beyond knowing, as a heavy mass does, may leave the others theirs.
+    """
+    order, measured, strength = chase
+    for n in range(1, len(order)):
+        sure = max(likeness(measured[n], shapes, frequency, j) for j in range(len(frequency)))
+        if strength[n] < HEARD * strength[0] or sure < SURE:
+            continue
+        other = _matched(ring, _led(chase, n), frequency, shapes, rate, likeness)
+        if order[0] in other.poles:
+            k = other.poles.index(order[0])
+            return other.only([k, *(i for i in range(len(other.poles)) if i != k)])
+    return None
 
 
 def _below(found: Match, ring: RingDown, chase: tuple, frequency, shapes) -> int | None:

@@ -65,13 +65,15 @@ def settle(
         condition = ground.condition[ground.fitted[0]]
         first, computed = matches[condition], ground.bodies[condition].modes.frequency
         found, turns = _fitted(ground, chosen, matches, tied)
-        heard = chosen[0]
         for ring in _opened(found, first, computed) if len(matches) == 1 else ():
             again = _in_each(ground, ring)
             other, turned = _fitted(ground, again, matches, tied)
             if other.chi2 < found.chi2 - EVIDENCE:
                 found, turns, chosen = other, turned, again
-        strayed = astray(found, heard.frequency, heard.damping_ratio, loud, aside)
+        strayed = np.zeros(found.law.modes, bool)
+        for take in _otherwise_pitched(found.law):
+            ring = chosen[take]
+            strayed |= astray(found, ring.frequency, ring.damping_ratio, loud, aside, take)
         if not strayed.any():
             return found, turns, matches
         kept, tied = np.flatnonzero(~strayed), ()
@@ -149,30 +151,42 @@ def _once_more(found: TimeFit, start: np.ndarray) -> TimeFit:
 
 
 def astray(
-    found: TimeFit, heard: np.ndarray, z: np.ndarray, loud: int | None = None, aside=()
+    found: TimeFit,
+    heard: np.ndarray,
+    z: np.ndarray,
+    loud: int | None = None,
+    aside=(),
+    take: int = 0,
 ) -> np.ndarray:
-    """(K,) bool: modes that have left the pitch (Hz) or damping ratio that they were heard at, or
-    that no longer die away while the first one does, or that have taken the place of the first one,
-    which has left it, or weak ones, those after the first `loud`, that have run into another one's
-    pitch: they take but a share of what that one does. Nor is it theirs what was left `aside` (q,)
-    Hz, if they end `NEARER` by it than to where they were heard.
+    """(K,) bool: modes that, in the fitted `take` of that number, have left the pitch (Hz) or
+    damping ratio that they were heard at, or that no longer die away while the first one does, or
+    that have taken the place of the first one, which has left it, or weak ones, those after the
+    first `loud`, that have run into another one's pitch: they take but a share of what that one
+    does. Nor is it theirs what was left `aside` (q,) Hz, if they end `NEARER` by it than to where
+    they were heard.
     """
-    away, nearest = np.abs(np.log(found.frequency / heard)), _to_nearest(found.frequency)
+    frequency, damping_ratio = found.pitches(take), found.damping_ratios(take)
+    away, nearest = np.abs(np.log(frequency / heard)), _to_nearest(frequency)
     strayed = (away > STRAY) | (away > np.maximum(nearest, CLOSE))
-    strayed |= found.damping_ratio > np.maximum(MUCH, 2 * z)
-    pole = poles(found.frequency, found.damping_ratio)
+    strayed |= damping_ratio > np.maximum(MUCH, 2 * z)
+    pole = poles(frequency, damping_ratio)
     strayed |= is_driven(pole, found.law.setting.duration, pole[:1])
     if away[0] > STRAY:
-        strayed |= np.abs(np.log(found.frequency / heard[0])) < np.minimum(away, away[0])
+        strayed |= np.abs(np.log(frequency / heard[0])) < np.minimum(away, away[0])
     strayed[0] = False
     aside = np.asarray(aside, float)
     for k in range(len(heard) if loud is None else loud, len(heard)):
-        near, others = ONE * found.damping_ratio[k], np.flatnonzero(~strayed[:k])
-        then, now = (np.abs(np.log(f[k] / f[others])).min() for f in (heard, found.frequency))
+        near, others = ONE * damping_ratio[k], np.flatnonzero(~strayed[:k])
+        then, now = (np.abs(np.log(f[k] / f[others])).min() for f in (heard, frequency))
         strayed[k] |= now < near and then > NEARER * near and away[k] > near
-        from_them = np.abs(np.log(found.frequency[k] / aside)).min(initial=np.inf)
+        from_them = np.abs(np.log(frequency[k] / aside)).min(initial=np.inf)
         strayed[k] |= NEARER * from_them < away[k]
     return strayed
+
+
+def _otherwise_pitched(law: Law) -> list[int]:
+    """The number of the first fitted take of each set of pitches."""
+    return list({law.pitch[i]: n for n, i in reversed(list(enumerate(law.fitted)))}.values())
 
 
 def displaced(wider: TimeFit, found: TimeFit) -> bool:

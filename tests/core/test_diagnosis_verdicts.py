@@ -593,6 +593,10 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             "compliant_pin", 993311, {"compliant_pin"}, 1.1,
             id="a body that is struck was still, however few of its swings were filmed",
         ),
+        pytest.param(
+            "added_mass", 41005, {"added_mass"}, 1.1,
+            id="a mass that bends the strongest mode beyond knowing leaves the others theirs",
+        ),
     ],
 )  # fmt: skip
 def test_what_was_planted_is_named_and_nothing_else(kind, seed, names, most, tmp_path):
@@ -790,6 +794,12 @@ def test_a_trifle_in_time_does_not_hide_what_the_sag_says(tmp_path):
 @pytest.mark.slow
 def test_modes_that_a_loaded_take_alone_leaves_are_no_effect(tmp_path):
     make("null", 109885, tmp_path)  # four of them, heavily damped, within a tone
+    assert calibrate_case(tmp_path / "case.toml").report["diagnosis"]["verdict"] == "adequate"
+
+
+@pytest.mark.slow
+def test_a_mode_that_goes_astray_in_a_loaded_take_alone_is_none_of_the_shared_ones(tmp_path):
+    make("null", 128765, tmp_path)  # it takes the place of one that this load alone shows
     assert calibrate_case(tmp_path / "case.toml").report["diagnosis"]["verdict"] == "adequate"
 
 

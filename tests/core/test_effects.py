@@ -496,6 +496,33 @@ def test_two_modes_that_lie_near_may_have_turned_into_one_another():
 
 
 @pytest.mark.parametrize(
+    ("heard", "like", "loud", "modes"),
+    [
+        (2.3, 0.95, 0.5, (1, 0)),
+        (1.4, 0.95, 0.5, (None,)),
+        (2.3, 0.5, 0.5, (None,)),
+        (2.3, 0.95, 0.05, (None,)),
+    ],
+    ids=["by its pitch", "at no mode's pitch", "the other is none for sure", "the other is faint"],
+)
+def test_a_strongest_pole_bent_beyond_knowing_is_a_mode_beside_another_one(
+    heard, like, loud, modes
+):
+    """A heavy mass bends mode 1 until it is like none; mode 0 is still itself, or hardly."""
+    seen = np.eye(3, 9)
+    shapes = np.zeros((2, 9))
+    shapes[0, [0, 1, 2, 5]] = np.sqrt([0.1, 0.42, 0.1, 0.38])
+    shapes[1, [0, 6]] = np.sqrt([like, 1 - like])
+    ring = RingDown(
+        np.array([heard, 1.0]), np.full(2, 0.02), shapes.astype(complex),
+        np.zeros(9), np.ones(9), np.eye(4),
+    )  # fmt: skip
+    chase = ([0, 1], shapes, np.array([0.9, 0.9 * loud]))
+    found = match_modes(ring, chase, np.array([1.0, 2.3, 4.9]), seen)
+    assert found.modes == modes and found.poles[0] == 0
+
+
+@pytest.mark.parametrize(
     ("computed", "heard", "modes"),
     [(1.0145, 1.0154, (0, 1)), (1.0145, 1.04, (0,)), (1.003, 1.0035, (0,))],
     ids=["parted by a load as computed", "split further", "one pitch but for the mesh"],

@@ -1104,7 +1104,10 @@ def test_what_is_off_ahead_of_a_quiet_fit_is_sought():
 def ended_at(frequency, damping_ratio):
     """A fit whose modes ended there."""
     law = SimpleNamespace(setting=setting())
-    return SimpleNamespace(frequency=frequency, damping_ratio=damping_ratio, law=law)
+    found = SimpleNamespace(frequency=frequency, damping_ratio=damping_ratio, law=law)
+    found.pitches = lambda take: found.frequency
+    found.damping_ratios = lambda take: found.damping_ratio
+    return found
 
 
 def test_a_mode_that_stays_while_the_first_one_dies_has_strayed():
@@ -1134,6 +1137,17 @@ def test_a_mode_that_takes_the_place_of_the_first_one_is_none():
     assert astray(gone, heard, z).tolist() == [False, False, False]
     gone.frequency = np.array([5.6, 5.08, 14.0])
     assert astray(gone, heard, z).tolist() == [False, False, False]
+
+
+def test_a_mode_strays_in_the_take_where_it_does():
+    heard, z = np.array([5.0, 9.0]), np.full(2, 0.02)
+    found = ended_at(heard, z)
+    found.pitches = lambda take: np.array([5.0, 9.0 - 2.5 * take])
+    assert astray(found, heard, z).tolist() == [False, False]
+    assert astray(found, heard, z, take=1).tolist() == [False, True]
+    found.pitches = lambda take: heard
+    found.damping_ratios = lambda take: np.array([0.02, 0.02 + 0.4 * take])
+    assert astray(found, heard, z, take=1).tolist() == [False, True]
 
 
 def test_a_weak_mode_that_runs_into_what_was_left_aside_was_none():
