@@ -204,7 +204,7 @@ def _places(moved: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarra
     """
     direction = moved[:, :, 0] / np.maximum(first, 1e-300)[:, None]
     couples, levers = _shares(moved, direction)
-    if not couples.size:
+    if not len(levers):
         return np.zeros((0, moved.shape[2] - 1)), np.zeros(0)
     if not couples.shape[1]:  # one mode does not tell where: the body's whole range
         return np.zeros((PLACES, 0)), np.quantile(levers, np.linspace(1, 0, PLACES))

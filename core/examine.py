@@ -202,7 +202,7 @@ def _changed(plain, ground: Ground, verdict: Verdict, ranked, heard: Heard, stif
     mended = bool(best) and mends(with_it, before, free)
     if not mended and base.chi2 < CLEAR * pieces(ground):
         line = f"{DIFFERS} no known effect mends that."
-        return replace(plain, warnings=[*plain.warnings, line])
+        return _unless_strange(replace(plain, warnings=[*plain.warnings, line]), verdict, ground)
     if not best or misleads(with_it, before, free):
         return replace(plain, verdict="unexplained", before=before, misfit=misfit, doubtful=True)
     left = leaves(with_it, before, free)

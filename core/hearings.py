@@ -12,7 +12,7 @@ from .unheard import NEIGHBOUR, bare
 
 def nearby(heard: Heard) -> Iterator[Heard]:
     """With one more low mode of the body beside the strongest, one after another."""
-    ground = _ground(heard)
+    ground = whole_ground(heard)
     if ground is None:
         return
     condition = ground.condition[ground.fitted[0]]
@@ -27,7 +27,7 @@ def without_mimics(heard: Heard) -> Heard | None:
 
     What bends the pitch of one mode makes it sound as two that beat, of which one dies sooner.
     """
-    ground = _ground(heard)
+    ground = whole_ground(heard)
     if ground is None:
         return None
     free, match = heard.free, heard.match
@@ -54,7 +54,7 @@ def weak_beside(match: Match, frequency: np.ndarray, damping_ratio: np.ndarray) 
     return near & unlike & weak
 
 
-def _ground(heard: Heard) -> Recorded | None:
+def whole_ground(heard: Heard) -> Recorded | None:
     """What the modes of one body are fitted on; None where loads part them or one is unknown."""
     ground = Recorded(heard.takes, heard.condition, heard.bodies, heard.rings)
     parted = len({ground.condition[i] for i in ground.fitted}) > 1

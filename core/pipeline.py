@@ -33,6 +33,7 @@ from .seat import on_narrow_feet
 from .side_by_side import meanwhile
 from .signatures import budget
 from .stiffening import converged_eigenvalues, moved, stiffening
+from .stirred import with_stirred
 from .tell import (
     told_bounds,
     told_claim,
@@ -112,6 +113,8 @@ def calibrate_case(
         heard = near or heard
         say(0.5, "Looking for what the model lacks")
         heard, verdict = second_hearing(heard, _diagnosed(heard), _diagnosed)
+        stirred = with_stirred(heard, verdict)
+        verdict = stirred.verdict if stirred else verdict
         heard = replace(heard, far=far if near else None)
         say(0.8, "Comparing pitches and shapes")
         stiff, sigma = converged()
@@ -128,11 +131,12 @@ def calibrate_case(
     if tets is not None:  # not before: what is refused leaves nothing behind
         save_tets(tets, cut, key(case.surface, elements or ELEMENTS), warnings)
     modulus = report["youngs_modulus"]["apparent"]["value"]
+    played = (stirred.heard, stirred.found) if stirred else (heard, final)
     say(1.0, "Done")
     return Result(
         case=case,
         report=report,
-        motion=motion(heard, unfold(heard, final), modulus),
+        motion=motion(played[0], unfold(*played), modulus),
         time=data.time,
         measured=data.values.reshape(len(data.time), -1, d),
         predicted=final.predicted[final.law.fitted[0]].reshape(len(data.time), -1, d),

@@ -220,11 +220,11 @@ def _informed(law: Law, ground: Recorded, matches, chosen):
             law = with_body(law, law.takes[i], bodies[c], turns[c])
             told = True
             if i == ground.fitted[0]:
-                law = _told_elsewhere(ground, law, turns[c])
+                law = told_elsewhere(ground, law, turns[c])
     return law, tuple(turns)
 
 
-def _told_elsewhere(ground: Recorded, law: Law, turn: np.ndarray) -> Law:
+def told_elsewhere(ground: Recorded, law: Law, turn: np.ndarray) -> Law:
     """The law told by the bodies how takes that no fitted one is like differ from the first one."""
     known, first = {ground.condition[i] for i in ground.fitted}, ground.fitted[0]
     both = [(t, ground.bodies[c]) for t, c in zip(ground.takes, ground.condition, strict=True)]

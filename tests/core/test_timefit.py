@@ -869,6 +869,15 @@ def test_a_rub_aslant_to_the_first_mode_sits_where_a_mix_of_directions_moves():
         assert 0.4 * able.max() < rod.lever(np.array([way])) < able.max()
 
 
+def test_one_mode_leaves_a_rub_anywhere_on_the_body():
+    reach = np.linspace(0, 1, 500) ** 2
+    moved = np.zeros((500, 3, 1))
+    moved[:, 1, 0] = reach
+    places, levers = _places(moved, reach)
+    assert places.shape == (len(levers), 0)
+    assert (levers.min(), levers.max()) == pytest.approx((0.1, 1.0), abs=0.01)
+
+
 def test_a_force_sits_where_some_place_of_the_body_may_be():
     places = np.array([[1.0, 2.0], [-4.0, 0.1], [0.5, -90.0]])
     low, high = bounds(dry_friction.EFFECT, 3, places)
