@@ -163,7 +163,7 @@ def _otherwise(plain, ground: Ground, heard: Heard, verdict: Verdict, stiff) -> 
 
 
 def _unless_strange(plain: Findings, verdict: Verdict, ground: Ground) -> Findings:
-    """What is told of a body that is as declared, unless something swings that it does not have."""
+    """What is told of a body that is as declared, or nearly, unless a mode swings that is none."""
     able = verdict.verdict == "adequate" or _is_shaken(verdict)
     strange = strangers(verdict, ground) if able else []
     if not strange:

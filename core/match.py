@@ -123,11 +123,15 @@ def match_modes(
     frequencies, weighted by strength, wins. Overtones and same-shape companions of a stronger
     pole are no modes of the body. No body has a mode below its lowest: what is heard there, strong
     and moving as a mode does, is tried as the first one instead, whatever the strongest is then.
+    Where that is like no computed mode, another one that surely is leads, if its pitch tells it.
     """
     answer = _matched(ring, chase, frequency, shapes, rate, likeness)
     if None in answer.modes:  # it and one that lies near may have turned into one another
         answer = _matched(ring, chase, frequency, shapes, rate, _turned)
-        return _led_by_another(ring, chase, frequency, shapes, rate) or answer
+        led = (
+            _led_by_another(ring, chase, frequency, shapes, rate) if None in answer.modes else None
+        )
+        return led or answer
     lower = _below(answer, ring, chase, frequency, shapes)
     if lower is None:
         return answer
@@ -148,9 +152,9 @@ def _led_by_another(ring: RingDown, chase: tuple, frequency, shapes, rate) -> Ma
     What bends one mode's shape beyond knowing, as a heavy mass does, may leave the others theirs.
     """
     order, measured, strength = chase
-    for n in range(1, len(order)):
+    for n in np.argsort(-strength):
         sure = max(likeness(measured[n], shapes, frequency, j) for j in range(len(frequency)))
-        if strength[n] < HEARD * strength[0] or sure < SURE:
+        if n == 0 or strength[n] < HEARD * strength[0] or sure < SURE:
             continue
         other = _matched(ring, _led(chase, n), frequency, shapes, rate, likeness)
         if order[0] in other.poles:

@@ -136,7 +136,7 @@ def calibrate_case(
     return Result(
         case=case,
         report=report,
-        motion=motion(played[0], unfold(*played), modulus),
+        motion=motion(played[0], unfold(*played), modulus, final.law.modes),
         time=data.time,
         measured=data.values.reshape(len(data.time), -1, d),
         predicted=final.predicted[final.law.fitted[0]].reshape(len(data.time), -1, d),

@@ -9,17 +9,21 @@ from .law import TimeFit
 from .timefit import trajectories
 
 SAMPLES_PER_PERIOD = 32
+COARSER = 4  # times as few in a period of modes that were not heard, at least
 
 
-def motion(heard: Heard, found: TimeFit, youngs_modulus: float) -> Motion:
+def motion(heard: Heard, found: TimeFit, youngs_modulus: float, known: int | None = None) -> Motion:
     """Modal shapes at the artist's vertices with their weights over time, effects included.
 
     Motions that are known at the markers only (a slow return, a drive, a second direction) are
     spread over the body as the combination of its lowest modes that shows them best there.
+    known: how many of the modes, the first ones, were heard; all by default. Of the others no
+    pitch is told, and they are not sampled as finely.
     """
     body, law = heard.body, found.law
     data = law.takes[law.fitted[0]]
-    top = float(found.frequency.max())
+    K = law.modes if known is None else known
+    top = max(found.frequency[:K].max(), found.frequency.max() / COARSER)
     time = np.arange(0, data.time[-1] + 1e-12, 1 / (SAMPLES_PER_PERIOD * top))
     time = np.r_[time, data.time[-1]] if time[-1] < data.time[-1] else time
     u, columns = trajectories(found, time)
@@ -30,7 +34,8 @@ def motion(heard: Heard, found: TimeFit, youngs_modulus: float) -> Motion:
         seen = heard.turns[0].T @ body.seen(data)
         unit = np.einsum("kc,kc->k", law.reference, seen)
         shapes = _spread(skin, heard.shapes() / unit)
-        names = [f"mode {k + 1}: {f:.3g} Hz" for k, f in enumerate(found.frequency)]
+        names = [f"mode {k + 1}: {f:.3g} Hz" for k, f in enumerate(found.frequency[:K])]
+        names += [f"mode {k + 1}, not heard" for k in range(K, law.modes)]
         weights = u
     extra = _extra(heard, found, columns)
     if extra is not None:

@@ -8,34 +8,40 @@ are known of the body; what the march of all of them foretells is what the heard
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import islice, product
 
 import numpy as np
 
 from .baseline import reference_weights, with_body
-from .effects.base import Effect
+from .carried import carrying
+from .effects.base import FINE, Effect
 from .effects.further_mode import is_further
+from .effects.partner import is_of
+from .foils import weakens
 from .hearings import whole_ground
 from .joint import Heard
 from .law import Law, TimeFit
-from .match import Match
+from .match import PAIR, Match
 from .residual import NOISY, errors, excess
-from .settle import CLOSE, Recorded, told_elsewhere
-from .sufficiency import CLEARLY, CLEARLY_BOTH, at_a_bound, bends_the_body, owes
-from .time_layer import Candidate, judge
-from .timefit import at_first, conclude, walked
+from .settle import CLOSE, MUCH, STRAY, Recorded, told_elsewhere
+from .sufficiency import CLEARLY, at_a_bound, bends_the_body, owes
+from .time_layer import judge, vetoed
+from .timefit import at_first, conclude, misfits, walked
+from .unmatched import UNSEEN
 from .verdict import Verdict
 
 MORE, FEWEST = 3, 5  # modes beside those that were heard, and altogether where few were
 SILENT = 1e-3  # of the first mode's swing, from which those begin that were not heard
 LIGHT = 0.02  # damping ratio that they begin with at most: what rubs damps the heard ones, too
 HIGHEST = 0.8  # of half the frame rate
-NEAREST = 24  # places that are tried, where the heard modes tell something of it
+OFTEN, MOST = 4, 3 * FINE  # steps per period of the highest of them, and of the first mode at most
+NEAREST, BESIDE = 24, 4  # places that are tried, where the heard modes tell something; of several
 FIERCER, TRAVELS = (0.6, 1.0), (-5.0, -4.0)  # what else a rub may be: its strength, its travel
 STARTS = 24  # that are walked
 SHARES = (0.3, 0.6, 1.0)  # of the record
 LOOKS = 20
 LESS = 0.5  # of what was left beyond noise, rms, is then left at most
+ITSELF = 0.5  # of what they gain, that they may gain where no force acts on them
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +57,7 @@ def with_stirred(heard: Heard, verdict: Verdict) -> Stirred | None:
     """The verdict with the body's lowest modes that a found force may ring; None where there is no
     such force, where all but noise is told without them, or where they do not leave far less.
 
-    What stays unexplained for that is explained if nothing but noise is left then.
+    One effect that leaves too much without them explains all where nothing but noise is left then.
     """
     found = verdict.final
     names = set(verdict.names[verdict.laws :])
@@ -63,17 +69,40 @@ def with_stirred(heard: Heard, verdict: Verdict) -> Stirred | None:
         return None
     more, law = wider
     best = _fitted(law, found)
-    known = found.law.modes
-    apart = np.abs(np.log(best.frequency[:known] / found.frequency))
-    if (
-        excess(best) > LESS * excess(found)
-        or errors(best).held_out > errors(found).held_out
-        or max(best.swings[known:]) > max(best.swings[:known])
-        or (apart > CLOSE).any()
-        or bends_the_body(best)
-    ):
+    if not _is_better(best, found, verdict.damped):
         return None
     return Stirred(_retold(verdict, best), more, best)
+
+
+def _is_better(best: TimeFit, found: TimeFit, declared: TimeFit) -> bool:
+    """Whether a fit with further modes leaves far less, held out too, in this body; whether those
+    are its own, or too damped to ring, as what gives where a force acts; and the force rings them.
+    """
+    known = found.law.modes
+    if excess(best) > LESS * excess(found) or errors(best).held_out > errors(found).held_out:
+        return False
+    if bends_the_body(best) or vetoed(best) or at_a_bound(best, declared):
+        return False
+    apart = np.abs(np.log(2 * np.pi * best.frequency / best.law.setting.omega))
+    heard = np.abs(np.log(best.frequency[:known] / found.frequency))
+    rings = best.damping_ratio[known:] < MUCH
+    if (heard > CLOSE).any() or (apart[known:][rings] > STRAY).any():
+        return False
+    if max(best.swings[known:]) > max(best.swings[:known]):
+        return False
+    gain = found.chi2 - best.chi2
+    return misfits(best.law, _untouched(best, known)[None])[0] - best.chi2 > (1 - ITSELF) * gain
+
+
+def _untouched(best: TimeFit, known: int) -> np.ndarray:
+    """The fit's numbers with no force on the modes after the first `known`."""
+    p, at = best.parameters.copy(), sum(best.law.sizes()[:2])
+    for effect, theta in zip(best.law.effects, best.theta, strict=True):
+        if effect.force:
+            place = p[at + len(effect.low) : at + theta.shape[1]].reshape(effect.axes, -1)
+            place[:, known - 1 :] = 0.0
+        at += theta.shape[1]
+    return p
 
 
 def _widened(heard: Heard, found: TimeFit) -> tuple[Heard, Law] | None:
@@ -86,32 +115,54 @@ def _widened(heard: Heard, found: TimeFit) -> tuple[Heard, Law] | None:
     body, at = heard.body, ground.fitted[0]
     data, computed = heard.takes[at], body.modes.frequency
     scale = found.frequency[0] / computed[heard.match.modes[0]]
+    top = min(HIGHEST / 2 / max(heard.takes[i].frame for i in ground.fitted) / scale,
+              MOST / OFTEN * computed[heard.match.modes[0]])  # fmt: skip
     count = max(old.modes + MORE, FEWEST)
-    low = np.flatnonzero(computed[:count] * scale * data.frame < HIGHEST / 2)
-    new = [int(j) for j in low if j not in heard.match.modes][: count - old.modes]
+    turn, new = heard.turns[0], []
+    size = np.linalg.norm(body.seen(data)[:, ~data.support], axis=1)
+    for j in np.flatnonzero(computed[:count] < top):
+        pair = [
+            k for k, m in enumerate(heard.match.modes) if abs(computed[j] / computed[m] - 1) < PAIR
+        ]
+        if j in heard.match.modes or size[j] < UNSEEN * size.max() or _crosses(old, pair):
+            continue
+        own = np.eye(len(computed))[:, [j]]
+        own = (
+            own - turn @ np.linalg.lstsq(turn, own, rcond=None)[0]
+        )  # across a heard one of its pair
+        if np.linalg.norm(own) > 1 / 2:
+            turn, new = np.hstack([turn, own / np.linalg.norm(own)]), [*new, int(j)]
+    new = new[: count - old.modes]
     if not new:
         return None
-    turn = np.hstack([heard.turns[0], np.eye(len(computed))[:, new]])
+    turn = turn[:, : old.modes + len(new)]
     poles, modes = heard.match.poles, heard.match.modes
     match = Match((*poles, *[poles[0]] * len(new)), (*modes, *new))
     more = replace(heard, match=match, turns=(turn, *heard.turns[1:]))
-    return more, _with_modes(old, ground, turn, new, scale * computed[new])
+    return more, _with_modes(old, ground, turn, scale * computed[new])
 
 
-def _with_modes(old: Law, ground: Recorded, turn: np.ndarray, new: list, pitches) -> Law:
-    """The law with the computed modes `new` of those `pitches` (Hz) behind its own."""
+def _crosses(law: Law, pair: list[int]) -> bool:
+    """Whether the other direction of one of the heard modes `pair` swings in the fit already."""
+    return any(k in law.turning or any(is_of(e, k) for e in law.effects) for k in pair)
+
+
+def _with_modes(old: Law, ground: Recorded, turn: np.ndarray, pitches: np.ndarray) -> Law:
+    """The law with the last ones of the `turn` (m, K), of those `pitches` (Hz), behind its own."""
     at = ground.fitted[0]
     data, body = ground.takes[at], ground.bodies[ground.condition[at]]
-    seen = body.seen(data)[new]
-    seen[:, data.support] = 0.0
+    seen = turn[:, old.modes :].T @ body.seen(data)
+    ways = [one[:, None] for one in seen]
+    seen = np.where(data.support, 0.0, seen)
     rows = np.array([reference_weights(shape, data) for shape in seen])
     unit = seen / np.einsum("kc,kc->k", rows, seen)[:, None]
     couple = np.r_[old.setting.couple, unit @ old.reference[0]]
     none = np.zeros((len(couple), 0))
+    omega = np.r_[old.setting.omega, 2 * np.pi * pitches]
     setting = replace(
         old.setting,
-        omega=np.r_[old.setting.omega, 2 * np.pi * pitches],
-        zeta=np.r_[old.setting.zeta, np.full(len(new), LIGHT)],
+        omega=omega,
+        zeta=np.r_[old.setting.zeta, np.full(len(pitches), LIGHT)],
         couple=couple,
         places=couple[None, 1:],
         levers=np.ones(1),
@@ -121,13 +172,14 @@ def _with_modes(old: Law, ground: Recorded, turn: np.ndarray, new: list, pitches
         wind=none.T,
         masses=np.ones(len(couple)),
         carried=(),
+        steps=max(old.setting.steps, FINE, OFTEN * omega.max() / omega[0]),
     )
     law = replace(
         old,
         effects=tuple(e for e in old.effects if not is_further(e)),
         reference=np.vstack([old.reference, rows]),
         gauges=tuple(np.vstack([one, rows]) for one in old.gauges),
-        ways=(*old.ways, *(body.seen(data)[[j]].T for j in new)) if old.ways else (),
+        ways=(*old.ways, *ways) if old.ways else (),
         setting=setting,
     )
     return told_elsewhere(ground, with_body(law, data, body, turn), turn)
@@ -136,12 +188,14 @@ def _with_modes(old: Law, ground: Recorded, turn: np.ndarray, new: list, pitches
 def _fitted(law: Law, found: TimeFit) -> TimeFit:
     """The best fit of the wider law, from what may be of `found` with it."""
     pairs = zip(found.law.effects, found.theta, strict=True)
-    inner = [list(_begins(e, t[0], found.law.modes, law)) for e, t in pairs if not is_further(e)]
+    own = [(e, t[0]) for e, t in pairs if not is_further(e)]
+    few = None if sum(bool(e.force) for e, _ in own) < 2 else BESIDE  # all choices of two are many
+    inner = [list(islice(_begins(e, t, found.law.modes, law), few)) for e, t in own]
     outer = _outer(found, law)
     starts = np.array([np.concatenate([outer, *some]) for some in product(*inner)])
     likely = np.argsort(at_first(law, starts, SHARES[0]))[:STARTS]
     p, jacobian, _ = walked(law, starts[likely], SHARES, LOOKS)[0]
-    return conclude(law, p, jacobian)
+    return carrying(conclude(law, p, jacobian))
 
 
 def _outer(found: TimeFit, law: Law) -> np.ndarray:
@@ -154,7 +208,7 @@ def _outer(found: TimeFit, law: Law) -> np.ndarray:
     for pitch, damping in found.parameters[:a].reshape(-1, 2, K):
         out += [pitch, pitch[0] + ratio, damping, np.full(more, min(LIGHT, damping.min()))]
     for place, speed in found.parameters[a : a + b].reshape(-1, 2, K):
-        small = np.full(more, SILENT * np.abs(place).max())
+        small = np.full(more, SILENT * np.hypot(place, speed).max())
         out += [place, small, speed, np.zeros(more)]
     return np.concatenate(out)
 
@@ -171,7 +225,7 @@ def _begins(effect: Effect, theta: np.ndarray, heard: int, law: Law) -> Iterator
     far = ((places[:, :n] - couples) ** 2).sum(axis=1)
     some = np.argsort(far, kind="stable")[: NEAREST if n else 1 + effect.places]
     laws = [theta[:own]]
-    if effect.sudden and own == 2:
+    if effect.sudden and effect.damps:  # a rub
         laws += [np.array([f * theta[0], t]) for f in FIERCER for t in TRAVELS]
     rest = [across, np.zeros(places.shape[1] - n)] if effect.axes > 1 else []
     for law_of_it, i in product(laws, some):
@@ -179,23 +233,19 @@ def _begins(effect: Effect, theta: np.ndarray, heard: int, law: Law) -> Iterator
 
 
 def _retold(verdict: Verdict, best: TimeFit) -> Verdict:
-    """The verdict with its final fit as the heard modes are in the `best` one."""
-    before, declared = verdict.final, verdict.chain[0][1]
-    final = _of_heard(best, before)
-
-    def retold(one: Candidate) -> Candidate:
-        return judge(one.names, final, declared) if one.found is before else one
-
-    several = len(verdict.effects) - verdict.laws > 1
-    clearly = CLEARLY_BOTH if several else CLEARLY
-    told = best.chi2 < NOISY * best.samples and not owes(best, declared, clearly)
-    told = told and not at_a_bound(best, declared)
+    """The verdict with its final fit as the heard modes are in the `best` one. How it compares with
+    others is told without the modes that these do not have.
+    """
+    before, damped = verdict.final, verdict.damped
+    final, own = _of_heard(best, before), verdict.effects[verdict.laws :]
+    told = len(own) == 1 and best.chi2 < NOISY * best.samples
+    told = told and not owes(best, damped, CLEARLY)
+    told = told and not weakens(damped, judge(own[0].names, best, damped))
     return replace(
         verdict,
         verdict="explained" if told else verdict.verdict,
         chain=(*verdict.chain[:-1], (verdict.chain[-1][0], final)),
-        effects=tuple(map(retold, verdict.effects)),
-        ranked=tuple(map(retold, verdict.ranked)),
+        bare=before,
     )
 
 

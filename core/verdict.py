@@ -20,6 +20,8 @@ class Verdict:
     ranked: tuple[Candidate, ...]
     minor: tuple[tuple[str, float], ...]
     why: str = ""  # a refusal's reason, and what to film instead
+    # the final fit without modes that were not heard, where it foretells what these do
+    bare: TimeFit | None = None
 
     @property
     def final(self) -> TimeFit:
@@ -73,7 +75,7 @@ def probability(verdict: Verdict, name: str) -> float:
     if name in DAMPING:
         return float(_shares([verdict.chain[place][1], *before], verdict.chain[0][1])[0])
     before += [c.found for c in verdict.ranked if name not in c.names]
-    return float(_shares([verdict.final, *before], verdict.chain[0][1])[0])
+    return float(_shares([verdict.bare or verdict.final, *before], verdict.chain[0][1])[0])
 
 
 def _place(verdict: Verdict, name: str) -> int:

@@ -47,7 +47,7 @@ from core.ready import to_their_end
 from core.refit import turned
 from core.residual import AHEAD, NOISY, strays
 from core.screen import screen
-from core.settle import _opened, astray
+from core.settle import _opened, _otherwise_pitched, astray
 from core.simulate import COARSE, swing
 from core.sufficiency import (
     ENOUGH,
@@ -1146,6 +1146,11 @@ def test_a_mode_that_takes_the_place_of_the_first_one_is_none():
     assert astray(gone, heard, z).tolist() == [False, False, False]
     gone.frequency = np.array([5.6, 5.08, 14.0])
     assert astray(gone, heard, z).tolist() == [False, False, False]
+
+
+def test_modes_are_looked_at_in_the_first_fitted_take_of_each_set_of_pitches():
+    law = SimpleNamespace(fitted=[0, 2, 3], pitch=(1, 0, 0, 1))
+    assert sorted(_otherwise_pitched(law)) == [0, 1]
 
 
 def test_a_mode_strays_in_the_take_where_it_does():
