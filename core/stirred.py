@@ -41,6 +41,7 @@ STARTS = 24  # that are walked
 SHARES = (0.3, 0.6, 1.0)  # of the record
 LOOKS = 20
 LESS = 0.5  # of what was left beyond noise, rms, is then left at most
+ASIDE = 0.5  # of a computed mode, at least, that lies across the heard ones
 ITSELF = 0.5  # of what they gain, that they may gain where no force acts on them
 
 
@@ -112,34 +113,39 @@ def _widened(heard: Heard, found: TimeFit) -> tuple[Heard, Law] | None:
     ground, old = whole_ground(heard), found.law
     if ground is None:
         return None
-    body, at = heard.body, ground.fitted[0]
-    data, computed = heard.takes[at], body.modes.frequency
-    scale = found.frequency[0] / computed[heard.match.modes[0]]
-    top = min(HIGHEST / 2 / max(heard.takes[i].frame for i in ground.fitted) / scale,
-              MOST / OFTEN * computed[heard.match.modes[0]])  # fmt: skip
-    count = max(old.modes + MORE, FEWEST)
-    turn, new = heard.turns[0], []
-    size = np.linalg.norm(body.seen(data)[:, ~data.support], axis=1)
-    for j in np.flatnonzero(computed[:count] < top):
-        pair = [
-            k for k, m in enumerate(heard.match.modes) if abs(computed[j] / computed[m] - 1) < PAIR
-        ]
-        if j in heard.match.modes or size[j] < UNSEEN * size.max() or _crosses(old, pair):
-            continue
-        own = np.eye(len(computed))[:, [j]]
-        own = (
-            own - turn @ np.linalg.lstsq(turn, own, rcond=None)[0]
-        )  # across a heard one of its pair
-        if np.linalg.norm(own) > 1 / 2:
-            turn, new = np.hstack([turn, own / np.linalg.norm(own)]), [*new, int(j)]
-    new = new[: count - old.modes]
+    computed, (first, *_) = heard.body.modes.frequency, heard.match.modes
+    scale = found.frequency[0] / computed[first]
+    frame = max(heard.takes[i].frame for i in ground.fitted)
+    top = min(HIGHEST / 2 / frame / scale, MOST / OFTEN * computed[first])
+    new, own = _unheard(heard, old, top)
     if not new:
         return None
-    turn = turn[:, : old.modes + len(new)]
+    turn = np.hstack([heard.turns[0], *own])
     poles, modes = heard.match.poles, heard.match.modes
     match = Match((*poles, *[poles[0]] * len(new)), (*modes, *new))
     more = replace(heard, match=match, turns=(turn, *heard.turns[1:]))
     return more, _with_modes(old, ground, turn, scale * computed[new])
+
+
+def _unheard(heard: Heard, law: Law, top: float) -> tuple[list[int], list[np.ndarray]]:
+    """The body's lowest modes below `top`, Hz as computed, that were not heard but are seen; of
+    each the combination (m, 1) of computed modes that lies across the heard ones.
+    """
+    body, known, turn = heard.body, heard.match.modes, heard.turns[0]
+    data = heard.takes[law.fitted[0]]
+    computed, new, out = body.modes.frequency, [], []
+    size = np.linalg.norm(body.seen(data)[:, ~data.support], axis=1)
+    count = max(law.modes + MORE, FEWEST)
+    for j in np.flatnonzero(computed[:count] < top):
+        pair = [k for k, m in enumerate(known) if abs(computed[j] / computed[m] - 1) < PAIR]
+        if j in known or size[j] < UNSEEN * size.max() or _crosses(law, pair):
+            continue
+        own = np.eye(len(computed))[:, [j]]
+        own = own - turn @ np.linalg.lstsq(turn, own, rcond=None)[0]
+        if np.linalg.norm(own) > ASIDE and len(new) < count - law.modes:
+            own = own / np.linalg.norm(own)
+            turn, new, out = np.hstack([turn, own]), [*new, int(j)], [*out, own]
+    return new, out
 
 
 def _crosses(law: Law, pair: list[int]) -> bool:

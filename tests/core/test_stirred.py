@@ -9,7 +9,7 @@ import pytest
 from core import stirred
 from core.effects import air_drag, dry_friction
 from core.law import numbers
-from core.stirred import _begins, _crosses, _is_better, _of_heard, with_stirred
+from core.stirred import _begins, _crosses, _is_better, _of_heard, _unheard, with_stirred
 from core.time_layer import Candidate
 from core.timefit import extend, fit
 from core.verdict import Verdict
@@ -198,6 +198,29 @@ def test_every_begin_has_the_numbers_of_the_wider_law(effect):
         assert (begins[0][own : own + 3] == [theta[own], *law.setting.places[nearest, 1:]]).all()
     if effect.axes > 1:
         assert (begins[0][own + 3 :] == [theta[own + 1], 0, 0]).all()
+
+
+def test_modes_that_were_not_heard_are_seen_low_and_lie_across_those_that_were():
+    """The first of a pair was heard as it lies aslant; the third mode moves along the view."""
+    pitches = np.array([1.0, 1.001, 2.0, 3.0, 3.5, 4.0, 9.0])
+    seen = np.eye(7, 9)
+    seen[2] *= 0.01
+    turn = np.zeros((7, 1))
+    turn[:2, 0] = 0.8, 0.6
+    heard = SimpleNamespace(
+        body=SimpleNamespace(
+            modes=SimpleNamespace(frequency=pitches), seen=lambda data: seen.copy()
+        ),
+        match=SimpleNamespace(modes=(0,)),
+        turns=(turn,),
+        takes=[SimpleNamespace(support=np.arange(9) == 8)],
+    )
+    law = SimpleNamespace(fitted=[0], modes=1, turning=(), effects=())
+    new, own = _unheard(heard, law, 3.7)
+    assert new == [1, 3, 4]
+    assert np.abs(own[0][:2, 0]) == pytest.approx([0.6, 0.8])
+    assert np.hstack([turn, *own]).T @ np.hstack([turn, *own]) == pytest.approx(np.eye(4))
+    assert _unheard(heard, SimpleNamespace(**{**vars(law), "turning": (0,)}), 3.7)[0] == [3, 4]
 
 
 def test_a_direction_that_swings_in_the_fit_already_is_not_counted_twice():
