@@ -38,6 +38,7 @@ OFTEN, MOST = 4, 3 * FINE  # steps per period of the highest of them, and of the
 NEAREST, BESIDE = 24, 4  # places that are tried, where the heard modes tell something; of several
 FIERCER, TRAVELS = (0.6, 1.0), (-5.0, -4.0)  # what else a rub may be: its strength, its travel
 STARTS = 24  # that are walked
+ENDS = 6  # of them that are looked at: a mode that hardly swings may have gone anywhere
 SHARES = (0.3, 0.6, 1.0)  # of the record
 LOOKS = 20
 LESS = 0.5  # of what was left beyond noise, rms, is then left at most
@@ -69,10 +70,9 @@ def with_stirred(heard: Heard, verdict: Verdict) -> Stirred | None:
     if wider is None:
         return None
     more, law = wider
-    best = _fitted(law, found)
-    if not _is_better(best, found, verdict.damped):
-        return None
-    return Stirred(_retold(verdict, best), more, best)
+    able = (one for one in _fitted(law, found) if _is_better(one, found, verdict.damped))
+    best = next(able, None)
+    return best and Stirred(_retold(verdict, best), more, best)
 
 
 def _is_better(best: TimeFit, found: TimeFit, declared: TimeFit) -> bool:
@@ -191,8 +191,8 @@ def _with_modes(old: Law, ground: Recorded, turn: np.ndarray, pitches: np.ndarra
     return told_elsewhere(ground, with_body(law, data, body, turn), turn)
 
 
-def _fitted(law: Law, found: TimeFit) -> TimeFit:
-    """The best fit of the wider law, from what may be of `found` with it."""
+def _fitted(law: Law, found: TimeFit) -> Iterator[TimeFit]:
+    """The best fits of the wider law, best first, from what may be of `found` with it."""
     pairs = zip(found.law.effects, found.theta, strict=True)
     own = [(e, t[0]) for e, t in pairs if not is_further(e)]
     few = None if sum(bool(e.force) for e, _ in own) < 2 else BESIDE  # all choices of two are many
@@ -200,8 +200,8 @@ def _fitted(law: Law, found: TimeFit) -> TimeFit:
     outer = _outer(found, law)
     starts = np.array([np.concatenate([outer, *some]) for some in product(*inner)])
     likely = np.argsort(at_first(law, starts, SHARES[0]))[:STARTS]
-    p, jacobian, _ = walked(law, starts[likely], SHARES, LOOKS)[0]
-    return carrying(conclude(law, p, jacobian))
+    for p, jacobian, _ in walked(law, starts[likely], SHARES, LOOKS, most=ENDS):
+        yield carrying(conclude(law, p, jacobian))
 
 
 def _outer(found: TimeFit, law: Law) -> np.ndarray:

@@ -597,10 +597,6 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             "added_mass", 41005, {"added_mass"}, 1.1,
             id="a mass that bends the strongest mode beyond knowing leaves the others theirs",
         ),
-        pytest.param(
-            "dry_friction", 128760, {"dry_friction"}, 1.1,
-            id="a rub explains what the modes do that it rings and that nobody heard",
-        ),
     ],
 )  # fmt: skip
 def test_what_was_planted_is_named_and_nothing_else(kind, seed, names, most, tmp_path):

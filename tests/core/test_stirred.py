@@ -9,12 +9,14 @@ import pytest
 from core import stirred
 from core.effects import air_drag, dry_friction
 from core.law import numbers
+from core.pipeline import calibrate_case
 from core.stirred import _begins, _crosses, _is_better, _of_heard, _unheard, with_stirred
 from core.time_layer import Candidate
 from core.timefit import extend, fit
 from core.verdict import Verdict
 from tests.core.test_simulate import AMPLITUDE
 from tests.core.test_timefit import NOISE, RATE, SHAPE, TIME, Rub, W, channels, declared, moved
+from tests.truth import make
 
 RUB = (0.03, np.log(0.02))
 ACROSS = np.array([0.2, -0.5, 0.4, 1.0])  # how the second mode is seen
@@ -55,6 +57,20 @@ def test_none_is_looked_for_without_a_found_force_or_beside_noise(monkeypatch):
     assert not looks((), 5.0)
     assert not looks(("air_drag",), 5.0)
     assert looks(("dry_friction",), 5.0)
+
+
+def test_the_best_of_the_searches_that_end_well_is_taken(monkeypatch):
+    monkeypatch.setattr(stirred, "_widened", lambda heard, found: ("heard", "law"))
+    monkeypatch.setattr(stirred, "_fitted", lambda law, found: iter(["astray", "good", "worse"]))
+    monkeypatch.setattr(stirred, "_is_better", lambda best, found, declared: best in able)
+    monkeypatch.setattr(stirred, "_retold", lambda verdict, best: "told")
+    law = SimpleNamespace(effects=[dry_friction.EFFECT])
+    final = SimpleNamespace(law=law, chi2=500.0, samples=100)
+    verdict = SimpleNamespace(final=final, names=("dry_friction",), laws=0, damped=final)
+    able = ("good", "worse")
+    assert with_stirred(None, verdict).found == "good"
+    able = ()
+    assert with_stirred(None, verdict) is None
 
 
 @pytest.fixture(scope="module")
@@ -226,3 +242,18 @@ def test_modes_that_were_not_heard_are_seen_low_and_lie_across_those_that_were()
 def test_a_direction_that_swings_in_the_fit_already_is_not_counted_twice():
     law = SimpleNamespace(turning=(1,), effects=())
     assert _crosses(law, [1]) and not _crosses(law, [0]) and not _crosses(law, [])
+
+
+@pytest.mark.slow
+def test_a_rub_foretells_what_the_modes_do_that_it_rings(tmp_path):
+    """A bracket's; with the heard mode alone three times the noise is left of what is to come."""
+    truth = make("dry_friction", 881003, tmp_path)
+    result = calibrate_case(tmp_path / "case.toml")
+    report = result.report
+    (effect,) = report["diagnosis"]["effects"]
+    assert effect["name"] == "dry_friction"
+    assert report["error"]["after"] < 1.5 * report["error"]["floor"]
+    low, high = effect["parameters"]["force"]["ci95"]
+    assert low < truth["parameters"]["dry_friction"]["force"] < high
+    silent = [name for name in result.motion.names if name.endswith("not heard")]
+    assert silent and len(result.motion.names) > len(report["modes"]) + len(silent)
