@@ -128,10 +128,9 @@ def match_modes(
     answer = _matched(ring, chase, frequency, shapes, rate, likeness)
     if None in answer.modes:  # it and one that lies near may have turned into one another
         answer = _matched(ring, chase, frequency, shapes, rate, _turned)
-        led = (
-            _led_by_another(ring, chase, frequency, shapes, rate) if None in answer.modes else None
-        )
-        return led or answer
+        if None in answer.modes:
+            answer = _led_by_another(ring, chase, frequency, shapes, rate) or answer
+        return answer
     lower = _below(answer, ring, chase, frequency, shapes)
     if lower is None:
         return answer

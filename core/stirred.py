@@ -259,15 +259,15 @@ def _of_heard(best: TimeFit, before: TimeFit) -> TimeFit:
     """What a fit of more modes says of those of the one `before`; what it foretells is of all."""
     law = best.law
     K, N, (a, b, _) = before.law.modes, law.modes, law.sizes()
-    modes, each = np.arange(N) < K, np.ones
+    modes = np.arange(N) < K
     inner = [
-        np.r_[each(len(e.low), bool), np.tile(modes[1:], e.axes if e.force else 0)]
+        np.r_[np.ones(len(e.low), bool), np.tile(modes[1:], e.axes if e.force else 0)]
         for e in law.effects
     ]
     kept = np.concatenate([np.tile(modes, (a + b) // N), *inner])
-    turning = each(len(law.turning), bool)
+    turning = np.ones(len(law.turning), bool)
     own = np.tile(np.r_[modes, turning], law.conditions)
-    rest = each(best.coefficients.shape[1] - len(own), bool)
+    rest = np.ones(best.coefficients.shape[1] - len(own), bool)
     return replace(
         best,
         law=replace(before.law, effects=law.effects),

@@ -1,6 +1,6 @@
 """Modes that nobody heard and that a found force rings."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -132,7 +132,7 @@ def test_the_numbers_of_the_heard_modes_are_picked_in_every_take_and_condition()
     wide = 2 * 4 * 2, 2 * 4 * 3, 2 + 2 * 3 + drag
     law = SimpleNamespace(modes=4, effects=effects, turning=(0,), conditions=2, sizes=lambda: wide)
 
-    @stirred.dataclass(frozen=True)
+    @dataclass(frozen=True)
     class Fit:
         law: object
         parameters: np.ndarray
@@ -141,7 +141,7 @@ def test_the_numbers_of_the_heard_modes_are_picked_in_every_take_and_condition()
         jacobian: np.ndarray
         motions: tuple = ()
 
-    @stirred.dataclass(frozen=True)
+    @dataclass(frozen=True)
     class Law:
         modes: int
         effects: tuple = ()
