@@ -35,7 +35,8 @@ from .effects.further_mode import (
 from .harmonic_inversion import invert
 from .law import TimeFit
 from .linear_part import fitted_instants
-from .match import ACROSS, HARMONIC, Match, is_driven, likeness, mac
+from .match import ACROSS, HARMONIC, Match, likeness, mac
+from .pursuit import is_driven
 from .refit import without
 from .residual import QUIET, bic
 from .settle import displaced

@@ -13,9 +13,10 @@ from .effects.partner import is_of
 from .further import with_further, with_left_out, without_runaways
 from .law import TimeFit
 from .lens import fitted, straightened
-from .match import Match, has_twin, match_modes, pursue, select
+from .match import Match, has_twin, match_modes, select
 from .outlived import after_bursts, after_outlived
 from .partners import FAINT, gaps_of, heard_split, swing_of, with_partners
+from .pursuit import pursue
 from .recorded import recorded
 from .residual import NOISY, QUIET, excess
 from .seat import seated

@@ -8,8 +8,8 @@ from .channels import Channels, free_motion
 from .data import RingDown, Take, poles, replace
 from .errors import RecordingError
 from .harmonic_inversion import invert
-from .match import DEAD
 from .noise_floor import noise_floor, rounding_noise
+from .pursuit import DEAD
 from .shutter import at_once
 from .side_by_side import meanwhile
 

@@ -16,6 +16,7 @@ from .settle import moves_its_way
 from .time_layer import singles
 from .timefit import as_it_stands, best_fit, misfits
 from .verdict import Verdict
+from .widen import begun, placed
 
 STIRRED = (0.0, 0.1, -0.1, 0.3, -0.3)  # of the first mode's start, from which its own is sought
 RUNNERS = 2  # of those
@@ -100,12 +101,13 @@ def _with_the_mode(near: Heard, found: TimeFit, heard: Heard) -> TimeFit:
     own = [before.get(e, [t[0]]) for e, t in declared]
     new = [e for e, _ in pairs if e.name not in known]
     inner = [*own, *(before[e] for e in new)]
-    outers = [_with_mode(near, found, stirred) for stirred in STIRRED]
+    computed, modes = near.body.modes.frequency, near.match.modes
+    ratio = np.log(computed[modes[-1]] / computed[modes[0]])
+    outers = [begun(found, np.array([ratio]), stirred) for stirred in STIRRED]
     starts = [np.concatenate([outer, *some]) for outer in outers for some in product(*inner)]
     # what an effect's numbers are relative to
     omega = np.r_[old.setting.omega, law.setting.omega[K:]]
     setting = replace(law.setting, omega=omega, amplitude=old.setting.amplitude)
-    ratio = outers[0][K] - outers[0][0]
     law = replace(
         law,
         effects=(*law.effects, *new),
@@ -119,32 +121,14 @@ def _with_the_mode(near: Heard, found: TimeFit, heard: Heard) -> TimeFit:
     return carrying(best_fit(law, starts[likely], evaluations=20))
 
 
-def _with_mode(near: Heard, found: TimeFit, stirred: float) -> np.ndarray:
-    """Pitches, damping ratios and starts of `found`, and what the further mode's may be, which was
-    let go from so much of the first one's start.
-    """
-    p, K = found.parameters, found.law.modes
-    computed = near.body.modes.frequency
-    ratio = np.log(computed[near.match.modes[-1]] / computed[near.match.modes[0]])
-    a, b, _ = found.law.sizes()
-    starts = p[a : a + b].reshape(-1, K)
-    return np.r_[
-        p[:K], p[0] + ratio, p[K : 2 * K], p[K], np.c_[starts, stirred * starts[:, 0]].ravel()
-    ]
-
-
 def _wider(effect: Effect, theta: np.ndarray, modes: int, near: TimeFit) -> list[np.ndarray]:
     """The effect's numbers, with what its place may share in the further mode: as the nearest place
     that is known, or nothing.
     """
+    places = near.law.setting.places
     if not effect.force:
         return [theta]
-    own, places = len(effect.low), near.law.setting.places
-    couples, across = theta[own : own + modes - 1], theta[own + modes - 1 :]
-    nearest = np.argmin(((places[:, : modes - 1] - couples) ** 2).sum(axis=1))
-    out = []
-    for share in (places[nearest, modes - 1 :], np.zeros(len(places[0]) - modes + 1)):
-        along = np.r_[theta[:own], couples, share]
-        rest = np.zeros(len(along) - own - modes + 1)
-        out.append(np.r_[along, across, rest] if len(across) else along)
-    return out
+    nothing = np.r_[places[0, : modes - 1], np.zeros(places.shape[1] - modes + 1)]
+    return [
+        one for some in (places, nothing[None]) for one in placed(effect, theta, modes, some, 1)
+    ]

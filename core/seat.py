@@ -17,7 +17,8 @@ from .data import Modes, replace
 from .elasticity import PLAIN, UNKNOWN, Seat, buried, load_operator, lump_radius
 from .errors import DataError
 from .factorization import factorize
-from .match import match_modes, pursue, true_pitches
+from .match import match_modes, true_pitches
+from .pursuit import pursue
 from .settle import Recorded
 
 SEATS = (

@@ -12,7 +12,8 @@ from .channels import Channels
 from .data import RingDown, poles, replace
 from .elsewhere import elsewhere, unsure
 from .law import Law, TimeFit
-from .match import Match, align, is_driven, likeness, mac, select, turning
+from .match import Match, align, likeness, mac, select, turning
+from .pursuit import is_driven
 from .residual import EVIDENCE, NOISY, QUIET
 from .shutter import at_once
 from .timefit import as_it_stands, fit, resized

@@ -3,7 +3,7 @@
 import numpy as np
 
 from .data import RingDown
-from .match import DEAD
+from .pursuit import DEAD
 
 WEAK = 0.3  # of the strongest mode: what is weaker must show that it is a mode
 DECAYS = 3.0  # standard deviations by which its damping ratio must lie above zero

@@ -29,14 +29,15 @@ from .time_layer import judge, vetoed
 from .timefit import at_first, conclude, misfits, walked
 from .unmatched import UNSEEN
 from .verdict import Verdict
+from .widen import begun, placed
 
 MORE, FEWEST = 3, 5  # modes beside those that were heard, and altogether where few were
-SILENT = 1e-3  # of the first mode's swing, from which those begin that were not heard
+SILENT = 1e-3  # of the first mode's start, from which those begin that were not heard: at rest a
+# shape would have no size
 LIGHT = 0.02  # damping ratio that they begin with at most: what rubs damps the heard ones, too
 HIGHEST = 0.8  # of half the frame rate
 OFTEN, MOST = 4, 3 * FINE  # steps per period of the highest of them, and of the first mode at most
 NEAREST, BESIDE = 24, 4  # places that are tried, where the heard modes tell something; of several
-FIERCER, TRAVELS = (0.6, 1.0), (-5.0, -4.0)  # what else a rub may be: its strength, its travel
 STARTS = 24  # that are walked
 ENDS = 6  # of them that are looked at: a mode that hardly swings may have gone anywhere
 SHARES = (0.3, 0.6, 1.0)  # of the record
@@ -193,49 +194,24 @@ def _with_modes(old: Law, ground: Recorded, turn: np.ndarray, pitches: np.ndarra
 
 def _fitted(law: Law, found: TimeFit) -> Iterator[TimeFit]:
     """The best fits of the wider law, best first, from what may be of `found` with it."""
+    K, omega = found.law.modes, law.setting.omega
     pairs = zip(found.law.effects, found.theta, strict=True)
     own = [(e, t[0]) for e, t in pairs if not is_further(e)]
     few = None if sum(bool(e.force) for e, _ in own) < 2 else BESIDE  # all choices of two are many
-    inner = [list(islice(_begins(e, t, found.law.modes, law), few)) for e, t in own]
-    outer = _outer(found, law)
+    inner = [list(islice(_begins(e, t, K, law), few)) for e, t in own]
+    outer = begun(found, np.log(omega[K:] / omega[0]), SILENT, LIGHT)
     starts = np.array([np.concatenate([outer, *some]) for some in product(*inner)])
     likely = np.argsort(at_first(law, starts, SHARES[0]))[:STARTS]
     for p, jacobian, _ in walked(law, starts[likely], SHARES, LOOKS, most=ENDS):
         yield carrying(conclude(law, p, jacobian))
 
 
-def _outer(found: TimeFit, law: Law) -> np.ndarray:
-    """Pitches, damping ratios and starts of a fit, and those of the law's further modes, which are
-    hardly let go: at rest a shape would have no size.
-    """
-    K, (a, b, _), out = found.law.modes, found.law.sizes(), []
-    more = law.modes - K
-    ratio = np.log(law.setting.omega[K:] / law.setting.omega[0])
-    for pitch, damping in found.parameters[:a].reshape(-1, 2, K):
-        out += [pitch, pitch[0] + ratio, damping, np.full(more, min(LIGHT, damping.min()))]
-    for place, speed in found.parameters[a : a + b].reshape(-1, 2, K):
-        small = np.full(more, SILENT * np.hypot(place, speed).max())
-        out += [place, small, speed, np.zeros(more)]
-    return np.concatenate(out)
-
-
 def _begins(effect: Effect, theta: np.ndarray, heard: int, law: Law) -> Iterator[np.ndarray]:
-    """The effect's numbers beside so many `heard` modes, with what its place may share in the
-    others: as the places do that share as nearly in the heard ones.
-    """
-    if not effect.force:
-        yield theta
-        return
-    own, places, n = len(effect.low), law.setting.places, heard - 1
-    couples, across = theta[own : own + n], theta[own + n :]
-    far = ((places[:, :n] - couples) ** 2).sum(axis=1)
-    some = np.argsort(far, kind="stable")[: NEAREST if n else 1 + effect.places]
-    laws = [theta[:own]]
-    if effect.sudden and effect.damps:  # a rub
-        laws += [np.array([f * theta[0], t]) for f in FIERCER for t in TRAVELS]
-    rest = [across, np.zeros(places.shape[1] - n)] if effect.axes > 1 else []
-    for law_of_it, i in product(laws, some):
-        yield np.concatenate([law_of_it, couples, places[i, n:], *rest])
+    """What an effect's numbers `theta`, found with so many `heard` modes, may be with the law's."""
+    n = len(effect.low)
+    most = NEAREST if heard > 1 else 1 + effect.places
+    for own in [theta[:n], *(effect.otherwise(theta[:n]) if effect.otherwise else ())]:
+        yield from placed(effect, np.r_[own, theta[n:]], heard, law.setting.places, most)
 
 
 def _retold(verdict: Verdict, best: TimeFit) -> Verdict:

@@ -14,7 +14,7 @@ import numpy as np
 from .effects import TIME_EFFECTS, steady_drive
 from .effects.base import Effect
 from .law import TimeFit
-from .match import DEAD
+from .pursuit import DEAD
 from .race import Begun, Try, begun_all, ended, worth
 from .read_off import read_off
 from .refit import lighter, swapped

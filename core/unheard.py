@@ -8,7 +8,8 @@ from .data import RingDown, poles
 from .effects.aliasing import is_folded, unfolded
 from .harmonic_inversion import invert
 from .law import TimeFit
-from .match import HEARD, PAIR, Match, is_driven, likeness
+from .match import PAIR, Match, likeness
+from .pursuit import HEARD, is_driven
 from .residual import QUIET
 
 LIVELY = 0.25  # damping ratio up to which a weak pole may be a mode

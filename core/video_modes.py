@@ -9,7 +9,8 @@ from .data import RingDown, poles, seal
 from .deflection import deflection_covariance
 from .errors import RecordingError
 from .harmonic_inversion import fit_poles, invert
-from .match import DEAD, select
+from .match import select
+from .pursuit import DEAD
 from .ringdown import find_release
 from .shutter import at_once, rows_of
 from .sift import sift

@@ -2,19 +2,25 @@
 # Set up and run the tests, on each supported Python that is found:
 # 3.11 with Blender 4.5 LTS and 3.13 with Blender 5.2 LTS, side by side, a core each.
 #
-#   tests/run.sh [--all] [PYTEST'S ARGUMENTS]
+#   tests/run.sh [--all] [--twice] [PYTEST'S ARGUMENTS]
 #
 # --all fails when one of the two Pythons is not found. Without arguments for pytest everything
-# runs; -m "not slow" leaves out what takes long.
+# runs; -m "not slow" leaves out what takes long. Each slow test of core, which knows nothing of
+# Blender, runs on one of the two Pythons, and with --twice on both.
 set -uo pipefail
 cd "$(dirname "$0")/.."
 source tests/environment.sh
 
 demand_all=false
-if [ "${1:-}" = --all ]; then
-    demand_all=true
+twice=false
+while true; do
+    case "${1:-}" in
+    --all) demand_all=true ;;
+    --twice) twice=true ;;
+    *) break ;;
+    esac
     shift
-fi
+done
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MPLBACKEND=Agg PYTHONDONTWRITEBYTECODE=1
 
 pythons=()
@@ -36,11 +42,13 @@ fi
 
 logs=$(mktemp -d)
 trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$logs"' EXIT
+shares=(1/1 1/1)
 if [ ${#pythons[@]} -eq 2 ]; then
-    "${pythons[1]}" -m pytest -p no:cacheprovider "$@" >"$logs/second" 2>&1 &
+    $twice || shares=(1/2 2/2)
+    "${pythons[1]}" -m pytest -p no:cacheprovider --share ${shares[1]} "$@" >"$logs/second" 2>&1 &
     second=$!
 fi
-"${pythons[0]}" -m pytest -p no:cacheprovider "$@" 2>&1 | tee "$logs/first"
+"${pythons[0]}" -m pytest -p no:cacheprovider --share ${shares[0]} "$@" 2>&1 | tee "$logs/first"
 status=$?
 if [ -n "${second:-}" ]; then
     wait "$second" || status=$?

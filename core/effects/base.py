@@ -128,6 +128,8 @@ class Effect:
       clock(theta, setting, time, take) -> (B, T)     instants at which the model is seen in it
       delay(theta, setting, row) -> (B, C, T)         s, later sight of samples on rows (C, T)
       starts(setting, residual) -> list of theta      where the fit begins
+      otherwise(theta (p,)) -> list of theta   what its own numbers, as found with few of the body's
+          modes, may be with more of them
       report(theta, setting, shape) -> {name: value}   the contract's parameters; shape (C, q) is
           how strongly each channel shows the columns
       carries(found, i, take) -> (time (N,) -> (N, K))   what effect number i of a fit makes the
@@ -144,6 +146,7 @@ class Effect:
     low: tuple[float, ...] = ()
     high: tuple[float, ...] = ()
     starts: Callable | None = None
+    otherwise: Callable | None = None
     force: Callable | None = None
     places: int = PLACES
     axes: int = 1  # of the force at its place; mode 1 moves that along the first one alone

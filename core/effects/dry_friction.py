@@ -71,6 +71,7 @@ EFFECT = Effect(
         (0.003, np.log(2.0)),
     ],
     force=force,
+    otherwise=lambda theta: [np.array([f * theta[0], t]) for f in (0.6, 1.0) for t in (-5.0, -4.0)],
     places=48,  # with many modes none of a few may be near
     sudden=True,
     report=report,

@@ -12,8 +12,9 @@ from core.data import poles
 from core.effects.aliasing import is_folded, unfolded
 from core.effects.rolling_shutter import Ellipse, lag
 from core.harmonic_inversion import invert
-from core.match import is_driven, mac, pursue, true_pitches
+from core.match import mac, true_pitches
 from core.pipeline import calibrate_case
+from core.pursuit import is_driven, pursue
 from core.settle import amplitudes
 from tests.truth import make
 
