@@ -10,6 +10,7 @@ from core import stirred
 from core.effects import air_drag, dry_friction
 from core.law import numbers
 from core.pipeline import calibrate_case
+from core.settle import CLOSE
 from core.stirred import _begins, _crosses, _is_better, _of_heard, _unheard, with_stirred
 from core.time_layer import Candidate
 from core.timefit import extend, fit
@@ -157,20 +158,48 @@ def test_the_numbers_of_the_heard_modes_are_picked_in_every_take_and_condition()
     assert told.coefficients[0].tolist() == [0, 1, 4, 5, 6, 9, 10, 11, 12, 13, 14]
 
 
-@pytest.mark.parametrize(
-    ("share", "start", "pitch", "better"),
-    [(SHARE, 0.0, HIGHER, True), (0.0, 0.3, HIGHER, False), (SHARE, 0.0, 0.8 * HIGHER, False)],
-    ids=["rung by the rub", "rings by itself", "rung, but another one"],
-)
-def test_only_the_bodys_own_mode_is_one_that_a_force_rings_and_if_it_does(
-    share, start, pitch, better
-):
+def rung(share, start, pitch):
+    """The fit with a second mode, that without, and the declared one."""
     first = declared(channels(rubbed(share, start, pitch)))
     found = fit(*extend(first, (dry_friction.EFFECT,), [RUB]), evaluations=30)
     law = with_another(found, HIGHER)
     best = fit(law, np.r_[outer(pitch, max(start * AMPLITUDE, 1e-5)), RUB, share], evaluations=40)
     assert best.chi2 < 1.2 * best.samples < 0.5 * found.chi2
-    assert _is_better(best, found, first) == better
+    return best, found, first
+
+
+@pytest.fixture(scope="module")
+def rung_by_the_rub():
+    return rung(SHARE, 0.0, HIGHER)
+
+
+def test_the_bodys_own_mode_that_the_force_rings_counts(rung_by_the_rub):
+    assert _is_better(*rung_by_the_rub)
+
+
+@pytest.mark.parametrize(
+    ("share", "start", "pitch"),
+    [(0.0, 0.3, HIGHER), (SHARE, 0.0, 0.8 * HIGHER)],
+    ids=["rings by itself", "rung, but another one"],
+)
+def test_another_mode_than_the_bodys_own_does_not_count_or_one_that_rings_by_itself(
+    share, start, pitch
+):
+    assert not _is_better(*rung(share, start, pitch))
+
+
+def test_a_mode_that_swings_more_than_what_was_heard_would_have_been_heard(rung_by_the_rub):
+    best, *before = rung_by_the_rub
+    size = 1.1 * best.swings[0] / best.swings[1]
+    louder = replace(best, motions=tuple(u * [1, size] for u in best.motions))
+    assert not _is_better(louder, *before)
+
+
+def test_a_mode_that_moves_the_pitch_of_what_was_heard_takes_its_part(rung_by_the_rub):
+    best, found, first = rung_by_the_rub
+    elsewhere = found.parameters.copy()
+    elsewhere[0] += 2 * CLOSE
+    assert not _is_better(best, replace(found, parameters=elsewhere), first)
 
 
 @pytest.mark.parametrize(
