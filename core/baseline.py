@@ -27,11 +27,11 @@ def real_shapes(amplitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return shape, np.conj(turn)
 
 
-def px_per_metre(data: Channels) -> float:
-    """Channel units per metre of motion across the view; 1 for 3-D tracks."""
+def px_per_metre(data: Channels, on=slice(None)) -> float:
+    """Channel units per metre of motion across the view, of the channels `on`; 1 for 3-D tracks."""
     if data.take.recording.camera is None:
         return 1.0
-    return float(np.sqrt((data.directions**2).sum() / len(data.directions)))
+    return float(np.sqrt((data.directions[on] ** 2).sum(axis=1).mean()))
 
 
 def reference_weights(shape: np.ndarray, data: Channels) -> np.ndarray:

@@ -14,7 +14,7 @@ from .ready import polished, to_their_end
 from .refit import turned, without
 from .residual import NOISY, QUIET, excess, strays
 from .side_by_side import in_step_by_parts
-from .sufficiency import ENOUGH_BOTH, adds, bends_the_body, one_of, sufficient
+from .sufficiency import ENOUGH_BOTH, adds, bends_the_body, one_of, owes, sufficient
 from .time_layer import EVIDENCE, NEARLY, Candidate, judge, refuted, vetoed
 from .together import pairs
 from .verdict import Verdict, partly, twins_of
@@ -51,6 +51,8 @@ def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
         one = one_of(declared, found[0].found, over, max(least, found[0].evidence - EVIDENCE))
         if one and is_broken(declared, one):
             return Verdict("unexplained", chain, (), (), ranked, ())
+    if one and both and _is_owed(one, both[0], declared):
+        one = None
     if one and weakens(declared, one):
         return partly(chain, one, strong, ranked)
     if one:
@@ -68,6 +70,15 @@ def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
         rivals = nearly if strays(both[0].found) else both
         return unless_it_weakens(_two(chain, both[0], rivals, ranked, able), [*strong, *able])
     return _parts(chain, found, (able, ranked, strong))
+
+
+def _is_owed(one: Candidate, both: Candidate, declared: TimeFit) -> bool:
+    """Whether the one owes an explanation of what it leaves, which is the other one of two that
+    leave nothing but noise where they were fitted, however small that is beside the first.
+    """
+    nothing = both.found.chi2 < NOISY * both.found.samples
+    second = judge(both.names, both.found, one.found)
+    return nothing and owes(one.found, declared) and adds(one, second)
 
 
 def _line_first(found: list[Candidate]) -> list[Candidate]:

@@ -62,6 +62,25 @@ class Channels:
         return float(np.median(np.diff(self.time)))
 
 
+def axes_of(data) -> np.ndarray:
+    """(C,) the axis of every channel, from nought."""
+    axes = np.zeros(len(data.marker), int)
+    for m in np.unique(data.marker):
+        axes[data.marker == m] = np.arange((data.marker == m).sum())
+    return axes
+
+
+def reaches(data: Channels) -> list[np.ndarray]:
+    """Each (C,): what the channels may see of one shared motion, over their mean: all the same
+    where the camera turns; where it or the support goes aside, the more the nearer they are.
+    """
+    camera, alike = data.take.recording.camera, np.ones(len(data.marker))
+    if camera is None or camera.kind == "orthographic":
+        return [alike]
+    near = np.einsum("ci,ci->c", data.directions, camera.rows[axes_of(data)])
+    return [alike, near / near.mean()]
+
+
 def free_motion(take: Take, window: tuple[float, float], noise: np.ndarray) -> Channels:
     """The channels (C = n d) of `take` between the release and the end, `window` in s.
 

@@ -4,10 +4,11 @@ from functools import partial
 
 import numpy as np
 
-from .channels import Channels, free_motion
+from .channels import Channels, free_motion, reaches
 from .data import RingDown, Take, poles, replace
 from .errors import RecordingError
 from .harmonic_inversion import invert
+from .match import select
 from .noise_floor import noise_floor, rounding_noise
 from .pursuit import DEAD
 from .shutter import at_once
@@ -20,6 +21,7 @@ FIRST = 3  # frames at most that have still seen the object held
 OFF, HELD = 3.0, 0.5  # noise, rms, that such a frame is off by; share of what is left that it makes
 NEXT = 8  # frames after it, that it is compared with
 BRIEF = 1.0  # decay (nepers) in a frame of a pole that stands for it
+SHARED = 0.5  # of a swing, that is left where the support's own is taken off: less is none
 PERIODS = 2.0  # of the lowest mode that a recording must hold
 
 
@@ -41,6 +43,7 @@ def listen(take: Take, find_release) -> tuple[Channels, RingDown]:
     noise = np.maximum(noise, 1e-12 * np.nanstd(values) + 1e-300)
     data = free_motion(take, window, noise)
     data, ring = _all_free(data)
+    ring = without_shared(ring, data)
     if not len(ring.frequency):
         raise RecordingError(
             f"recording {take.name}: no oscillation stands out of the noise. "
@@ -69,10 +72,36 @@ def listen_from(data: Channels, ring: RingDown, when: float) -> tuple[Channels, 
     later = _without(data, int((~late).sum()))
     if not _is_enough(later):
         return data, ring
-    other = _inverted(later)
+    other = without_shared(_inverted(later), later)
     if not len(other.frequency) or other.damping_ratio.min() > DEAD:
         return data, ring
     return later, _at_release(other, later)
+
+
+def without_shared(ring: RingDown, data: Channels) -> RingDown:
+    """The ring-down, of the moving channels, without what the support does as well: a camera or a
+    floor that shakes is no mode. The same where nothing else is left, or no marker tells.
+    """
+    axes = data.take.recording.values.shape[2]
+    known = data.fit & np.isfinite(data.values[:, data.support]).all(axis=1)
+    if not data.support.any() or known.sum() < ENOUGH:
+        return ring
+    path = data.values[known][:, data.support].reshape(known.sum(), -1, axes).mean(axis=1)
+    noise = np.sqrt((data.sigma[data.support].reshape(-1, axes) ** 2).mean(axis=0))
+    if not (path.std(axis=0) > OFF * noise).any():
+        return ring
+    wave = np.exp(np.outer(data.time[known] - ring.t0, poles(ring.frequency, ring.damping_ratio)))
+    m = len(ring.frequency)
+    basis = np.hstack([wave.real, -wave.imag, ring.slow(data.time[known])])
+    told = np.linalg.lstsq(basis, path, rcond=None)[0]
+    on = np.flatnonzero(~data.support)
+    of_axis, left = (told[:m] + 1j * told[m : 2 * m])[:, on % axes], []
+    for reach in reaches(data):
+        own = ring.amplitude - of_axis * (reach[on] / reach[data.support].mean())
+        left.append(np.linalg.norm(own / data.sigma[on], axis=1))
+    whole = np.linalg.norm(ring.amplitude / data.sigma[on], axis=1)
+    body = np.min(left, axis=0) > SHARED * whole
+    return select(ring, np.flatnonzero(body)) if body.any() else ring
 
 
 def _at_release(ring: RingDown, data: Channels) -> RingDown:

@@ -163,15 +163,15 @@ def _matched(ring, chase, frequency, shapes, rate, alike_first) -> Match:
             if j is not None:
                 taken.append(k)
                 modes.append(j)
-                score += strength[k] * quality
+            score += strength[k] * quality
         if score > best:
             best, answer = score, Match(tuple(order[k] for k in taken), tuple(modes))
     return answer
 
 
 def _partner(one, taken, modes, computed):
-    """The free computed mode of a measured (frequency, shape, damping ratio), and how good it is,
-    or None.
+    """The free computed mode of a measured (frequency, shape, damping ratio), and how good it is;
+    None where it is none, or the other half of a pair that is split, which is left for the effects.
     """
     f, shape, z = one
     frequency, shapes, rate = computed
@@ -199,8 +199,20 @@ def _partner(one, taken, modes, computed):
         }
     found = max(plain, key=plain.get, default=None)
     if found is None or plain[found] <= LEAST:
-        return None, 0.0
+        return None, _as_other_half(one, taken, modes, computed)
     return found, plain[found]
+
+
+def _as_other_half(one, taken, modes, computed) -> float:
+    """How well a pole that is not matched is told as the split partner of a matched mode."""
+    f, shape, _ = one
+    frequency, shapes, _ = computed
+    fits = [
+        likeness(shape, shapes, frequency, m) - abs(np.log(f / g))
+        for (g, _, _), m in zip(taken, modes, strict=True)
+        if _may_be_partner(f, [(g, None, None)], [m], frequency)
+    ]
+    return max((fit for fit in fits if fit > SURE), default=0.0)
 
 
 def _is_nonlinear_tone(f: float, pitches: list[float]) -> bool:

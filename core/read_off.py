@@ -7,6 +7,7 @@ import numpy as np
 
 from .baseline import px_per_metre
 from .carried import carrying
+from .channels import reaches
 from .effects import base_motion, tracker_drift
 from .effects.base import Effect
 from .in_step import in_step
@@ -40,16 +41,35 @@ def shared_motions(start: TimeFit) -> list[Effect]:
     """What all markers share of what a fit leaves, as the camera or the support may move."""
     law = start.law
     data, residual = law.takes[law.fitted[0]], start.missed(0)
-    shared = tuple(
-        base_motion.common_motion(t, t.values - p) if _is_read(t) else np.zeros_like(t.values)
-        for t, p in zip(law.takes, start.predicted, strict=True)
-    )
+    shared = _likeliest(start)
     frames = sum(int(law.takes[index].fit.sum()) for index in law.fitted)
     free = frames * data.take.recording.values.shape[2]
-    rms = base_motion.size(data, residual) / px_per_metre(data)
+    own = data.support if data.support.any() else slice(None)
+    rms = base_motion.size(data, residual) / px_per_metre(data, own)
     paths = base_motion.support_paths(law.takes)
     answering = [base_motion.shaken(shared, rms, free, one) for one in paths]
     return [base_motion.shaken(shared, rms, free), *_answered(start, free), *answering]
+
+
+def _likeliest(start: TimeFit) -> tuple[np.ndarray, ...]:
+    """What the markers of every take share, (T, C): by how the camera or the support moves that
+    leaves least.
+    """
+    takes = start.law.takes
+    left = [t.values - p for t, p in zip(takes, start.predicted, strict=True)]
+    ways = [
+        tuple(
+            base_motion.common_motion(t, rest, reaches(t)[-nearer]) if _is_read(t) else 0 * t.values
+            for t, rest in zip(takes, left, strict=True)
+        )
+        for nearer in range(max(len(reaches(t)) for t in takes))
+    ]
+
+    def misses(shared) -> float:
+        rests = zip(takes, left, shared, strict=True)
+        return sum(np.nansum(((rest - way) / t.sigma)[t.fit] ** 2) for t, rest, way in rests)
+
+    return min(ways, key=misses)
 
 
 def read_anew(found: TimeFit, effects: int) -> TimeFit:

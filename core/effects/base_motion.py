@@ -15,6 +15,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import lfilter
 
+from ..channels import axes_of
 from ..data import poles
 from .base import Effect, Parameter, along_modes, as_declared
 
@@ -26,17 +27,14 @@ UNSEEN = 1e-6  # of the direction that is seen best, squared: what is seen less 
 SETTLE = "stick a marker on the support, or film something that stands still beside it"
 
 
-def axes_of(data) -> np.ndarray:
-    """(C,) the axis of every channel, from nought."""
-    axes = np.zeros(len(data.marker), int)
-    for m in np.unique(data.marker):
-        axes[data.marker == m] = np.arange((data.marker == m).sum())
-    return axes
+def common_motion(data, residual: np.ndarray, reach=None) -> np.ndarray:
+    """(T, C) what the other markers share, per axis; from the support's markers where there are.
 
-
-def common_motion(data, residual: np.ndarray) -> np.ndarray:
-    """(T, C) what the other markers share, per axis; from the support's markers where there are."""
+    reach (C,): what each channel sees of it, as `reaches` has it; all the same by default.
+    """
     axes = axes_of(data)
+    reach = np.ones(len(axes)) if reach is None else reach
+    residual, sigma = residual / reach, data.sigma / reach
     shared = np.zeros_like(residual)
     some_support = data.support.any()
     for axis in np.unique(axes):
@@ -45,9 +43,9 @@ def common_motion(data, residual: np.ndarray) -> np.ndarray:
             pool = [o for o in on if data.support[o] or not (some_support or o == c)]
             if not pool:
                 continue
-            weight = np.where(np.isnan(residual[:, pool]), 0, 1 / data.sigma[pool] ** 2)
+            weight = np.where(np.isnan(residual[:, pool]), 0, 1 / sigma[pool] ** 2)
             sums, whole = np.nansum(residual[:, pool] * weight, axis=1), weight.sum(axis=1)
-            shared[:, c] = clear(
+            shared[:, c] = reach[c] * clear(
                 np.where(whole > 0, sums / np.maximum(whole, 1e-300), np.nan),
                 float(np.mean(1 / whole[whole > 0])) if whole.any() else 0.0,
             )

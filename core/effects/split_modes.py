@@ -10,10 +10,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..harmonic_inversion import invert
 from .base import FAINT, Effect, Parameter, companion, ring
 from .partner import SPREAD, another_motion
 
 NOTHING = 1.1  # misfit per sample
+OTHERS = 6  # swings at other pitches that may be left
 WHIRL = 0.2  # of the second mode's motion, that it makes a quarter of a period off the rest
 
 
@@ -49,10 +51,25 @@ def _whirls(found) -> bool:
 
 def _other_way(found) -> bool:
     """Whether it may be another direction that one camera sees as the same shape: it is damped
-    alike, and it leaves nothing.
+    alike, and it leaves nothing, or but what rings at other pitches.
     """
     flat = found.law.setting.towards is not None
-    return flat and found.chi2 < NOTHING * found.samples
+    return flat and (found.chi2 < NOTHING * found.samples or _leaves_others(found))
+
+
+def _leaves_others(found) -> bool:
+    """Whether all that is left beside noise are swings at pitches beyond those of such a pair."""
+    own, left, count = found.frequency[found.law.setting.pair], 0.0, 0
+    for take, index in enumerate(found.law.fitted):
+        data = found.law.takes[index]
+        on, time = ~data.support, data.time[data.fit]
+        rest = found.missed(take)[data.fit][:, on]
+        rings = invert(time, rest, noise=data.sigma[on], max_modes=OTHERS)
+        if (np.abs(np.log(rings.frequency / own)) < EFFECT.high[0]).any():
+            return False
+        left += float(np.nansum(((rest - rings.predict(time)) / data.sigma[on]) ** 2))
+        count += int(np.isfinite(rest).sum())
+    return left < NOTHING * count
 
 
 def _both(theta, setting, first: float) -> np.ndarray:

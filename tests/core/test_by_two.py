@@ -60,6 +60,48 @@ def test_two_that_are_no_explanation_lead_to_one_that_is(monkeypatch, broken):
     assert told.names == (() if broken else ("dry_friction",))
 
 
+@pytest.mark.parametrize(
+    ("left", "owing", "adding", "names"),
+    [
+        (1.0, True, True, ("split_modes", "base_motion")),
+        (1.5, True, True, ("split_modes",)),
+        (1.0, False, True, ("split_modes",)),
+        (1.0, True, False, ("split_modes",)),
+    ],
+    ids=["a cause", "more than noise is left", "none is owed", "not most of it"],
+)
+def test_what_one_effect_owes_has_a_cause_however_small_beside_the_first(
+    monkeypatch, left, owing, adding, names
+):
+    fit = SimpleNamespace(law=SimpleNamespace(effects=()), chi2=left, samples=1.0)
+    both = Candidate(("split_modes", "base_motion"), fit, 10 * EVIDENCE, 0.99, 0.99)
+    alone = Candidate(("split_modes",), fit, 9 * EVIDENCE, 0.97, 0.98)
+    for name, value in {
+        "pairs": [both],
+        "to_their_end": [both],
+        "exchanged": [both],
+        "polished": [both],
+        "sufficient": True,
+        "is_broken": False,
+        "one_of": alone,
+        "strays": False,
+        "vetoed": False,
+        "turned": fit,
+        "weakens": False,
+        "twins_of": (),
+        "owes": owing,
+        "adds": adding,
+        "excess": 0.0,
+    }.items():
+        monkeypatch.setattr(module, name, lambda *_, _value=value, **__: _value)
+    judged = {("base_motion",): 1.0, ("split_modes",): 2.0}
+    monkeypatch.setattr(
+        module, "judge", lambda n, *_: Candidate(n, fit, judged.get(n, 1.0), 1.0, 1.0)
+    )
+    told = by_two(((None, fit),), ([alone], (), [], {}), 0.1, lambda found, effects: found)
+    assert told.names == names and told.verdict == "explained"
+
+
 @pytest.mark.parametrize("more", [True, False])
 def test_of_what_stays_unexplained_two_are_parts_or_the_one_that_they_lead_to(monkeypatch, more):
     """A search for either alone that went astray is no reason to name what tells less."""

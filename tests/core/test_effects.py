@@ -11,8 +11,9 @@ from scipy.integrate import solve_ivp
 
 from core import effects
 from core.case_schema import EFFECT_NAMES
+from core.channels import reaches
 from core.conditions import common
-from core.data import RingDown
+from core.data import Camera, RingDown
 from core.effects import (
     BY_NAME,
     TIME_EFFECTS,
@@ -472,6 +473,20 @@ def test_a_fold_below_the_lowest_mode_stays_where_it_was_matched():
     assert found.poles == (0, 1) and found.modes == (0, 1)
 
 
+@pytest.mark.parametrize(("split", "modes"), [(0.04, (0,)), (0.3, (2, 3))])
+def test_the_halves_of_a_split_pair_are_that_pair_and_not_higher_modes_as_far_apart(split, modes):
+    """Seen from above a post's two pairs move alike; pitches too far apart are no split pair's."""
+    seen = np.vstack([np.eye(2, 6), np.eye(2, 6)])
+    shapes = np.eye(2, 6)
+    ring = RingDown(
+        np.array([5.0, 5.0 * (1 + split)]), np.full(2, 0.01), shapes.astype(complex),
+        np.zeros(6), np.ones(6), np.eye(4),
+    )  # fmt: skip
+    chase = ([0, 1], shapes, np.array([0.8, 0.6]))
+    frequency = np.array([1.0, 1.0, 6.0, 6.0 * (1 + split)])
+    assert match_modes(ring, chase, frequency, seen).modes == modes
+
+
 def test_two_modes_that_lie_near_may_have_turned_into_one_another():
     """Between both, the strongest pole is the one that it is more like; elsewhere it is none."""
     rng = np.random.default_rng(3)
@@ -586,6 +601,32 @@ def test_the_two_modes_of_a_near_pair_keep_half_their_distance():
     P = np.c_[0 * pitch, pitch, np.full((3, 2), 0.02)]
     off = _ties(law, P)[:, 0]
     assert off[0] == pytest.approx(TIE * 0.005) and off[1] == 0 and off[2] > 0
+
+
+def test_what_goes_aside_before_a_lens_is_seen_the_more_the_nearer_it_is():
+    """Two markers on the support, one near the lens; what turns the camera moves all alike."""
+    rows, places = np.eye(3), np.array([[0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.02, 0.01, -0.2]])
+    camera = Camera("pinhole", rows, np.array([0, 0, -0.5]), 1000.0, np.zeros(2))
+    support = np.array([True, True, False]).repeat(2)
+    data = SimpleNamespace(
+        take=SimpleNamespace(recording=SimpleNamespace(camera=camera)),
+        marker=np.repeat(np.arange(3), 2),
+        directions=camera.jacobian(places).reshape(-1, 3),
+        sigma=np.full(6, 0.01),
+        support=support,
+    )
+    time = np.arange(400) / 100
+    path = 1e-3 * np.array([np.sin(3 * time), np.cos(2 * time), 0 * time]).T
+    aside = np.array([(camera.project(places + s) - camera.project(places)).ravel() for s in path])
+    turning = np.tile(aside[:, :2], 3)
+    alike, nearer = reaches(data)
+    assert nearer[4:] / nearer[:2] == pytest.approx(0.5 / 0.3, rel=1e-3)
+    for moved, reach, other in ((aside, nearer, alike), (turning, alike, nearer)):
+        off, wrong = (
+            np.abs(base_motion.common_motion(data, moved, one) - moved)[:, 4:].max() / moved.max()
+            for one in (reach, other)
+        )
+        assert off < 0.02 < 0.2 < wrong
 
 
 def test_a_support_that_no_marker_shows_is_told_by_how_the_body_answers_to_it():

@@ -555,11 +555,19 @@ def test_a_weakening_rub_is_plain_at_rest_and_weak_at_speed():
     assert quick == pytest.approx(slow / 4)
 
 
-def split(by, z=0.02, *, sigma=(0.0, 0.0), left=1.0, across=True, tilted=False, flat=False):
+def split(
+    by, z=0.02, *, sigma=(0.0, 0.0), left=1.0, across=True, tilted=False, flat=False, line=0.0
+):
     """A fit with one mode, damped by 0.02, and a partner `by` from it, as vetoes see it.
 
-    sigma: standard deviations of the split and of the partner's damping ratio.
+    sigma: standard deviations of the split and of the partner's damping ratio. left: of the noise,
+    beside which a swing at `line` times the mode's pitch is left, if any.
     """
+    rest = 0.1 * np.sqrt(left) * np.random.default_rng(0).standard_normal((len(TIME), 2))
+    rest[:, 0] += bool(line) * np.exp(-0.5 * TIME) * np.cos(line * OMEGA[0] * TIME)
+    seen = SimpleNamespace(
+        sigma=np.full(2, 0.1), time=TIME, fit=np.ones(len(TIME), bool), support=np.zeros(2, bool)
+    )
     second = [[0.5 * tilted], [1.0]] if across else [[1.0], [0.5]]
     return SimpleNamespace(
         theta=[np.array([[by, z]])],
@@ -569,13 +577,14 @@ def split(by, z=0.02, *, sigma=(0.0, 0.0), left=1.0, across=True, tilted=False, 
             own=1,
             damping="free",
             fitted=(0,),
-            takes=(SimpleNamespace(sigma=np.full(2, 0.1)),),
+            takes=(seen,),
         ),
+        missed=lambda take: rest,
         frequency=OMEGA / (2 * np.pi),
         damping_ratio=np.array([0.02]),
         parameters=np.r_[np.log(OMEGA / (2 * np.pi)), 0.02, by, z],
         covariance=np.diag([0.0, 0.0, *np.square(sigma)]),
-        chi2=100.0 * left,
+        chi2=100.0 * (left + 10 * bool(line)),
         samples=100,
         coefficients=np.array([[1.0], [0.0 if across else 0.5]]),
         column_shapes=lambda take=0: [np.hstack([second, np.zeros((2, 1))])],
@@ -588,10 +597,21 @@ def test_a_split_within_three_sigma_of_what_meshes_split_by_is_none(spread, name
 
 
 @pytest.mark.parametrize(
-    ("flat", "left", "named"), [(True, 1.05, True), (True, 1.2, False), (False, 1.05, False)]
+    ("flat", "left", "line", "named"),
+    [
+        (True, 1.05, 0, True),
+        (True, 1.5, 0, False),
+        (False, 1.05, 0, False),
+        (True, 1.0, 3.3, True),
+        (True, 1.0, 1.1, False),
+        (True, 1.5, 3.3, False),
+    ],
 )
-def test_a_split_of_the_same_shape_is_one_where_a_camera_may_see_both_ways_alike(flat, left, named):
-    one = split(0.08, left=left, across=False, flat=flat)
+def test_a_split_of_the_same_shape_is_one_where_a_camera_may_see_both_ways_alike(
+    flat, left, line, named
+):
+    """It leaves nothing, or what rings at a pitch that is none of such a pair's."""
+    one = split(0.08, left=left, across=False, flat=flat, line=line)
     assert bool(split_modes.veto(one)) is not named
 
 
