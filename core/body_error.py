@@ -14,8 +14,11 @@ MENDED = 0.8  # of the declared body's error, held out or fitted, that is left a
 PULLED = 3.0  # standard deviations that a computed pitch is forgiven: it may be off by so much
 
 
-def body_error(verdict: Verdict, ground: Ground, found: Hypothesis) -> Error:
-    """Of the time layer's declared fit with the body's pitches and shapes."""
+def body_error(verdict: Verdict, ground: Ground, found: Hypothesis, alike=()) -> Error:
+    """Of the time layer's declared fit with the body's pitches and shapes.
+
+    alike: numbers of further takes, in which that body rings as in the first one.
+    """
     declared = verdict.damped
     law, data = declared.law, ground.data
     K, loud = law.modes, ground.measured
@@ -33,6 +36,12 @@ def body_error(verdict: Verdict, ground: Ground, found: Hypothesis) -> Error:
     change = _bound(ground.damping_ratio, f, shapes, data) - free
     predicted = list(declared.predicted)
     predicted[index] = predicted[index] + change
+    for i in alike:
+        n, data = law.fitted.index(i), law.takes[i]
+        z, shapes = declared.damping_ratios(n), declared.shapes_of(n)
+        both = declared.frequency, declared.pitches(n)
+        here, there = (_bound(z, f, shapes, data) for f in both)
+        predicted[i] = predicted[i] + here - there
     return error_of(law.takes, predicted)
 
 

@@ -63,11 +63,9 @@ def moves_otherwise(verdict: Verdict, ground: Ground) -> bool:
 
 
 def is_able(one: Suspect, ground: Ground) -> bool:
-    """Whether it is clear, takes enough of the misfit and is surely not nothing. Where the declared
-    body's misfit is chance there is none to take: what is clear then, other takes have told.
-    """
-    over = ground.base.chi2 - pieces(ground)
-    takes = over <= 0 or ground.base.chi2 - one.hypothesis.chi2 > ENOUGH * over
+    """Whether it is clear, takes enough of the misfit and is surely not nothing."""
+    over = max(ground.base.chi2 - pieces(ground), 0.0)
+    takes = ground.base.chi2 - one.hypothesis.chi2 > ENOUGH * over
     return one.evidence > EVIDENCE and takes and not _may_be_nothing(one)
 
 

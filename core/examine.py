@@ -29,7 +29,7 @@ from .residual import FAR_OFF, Error, errors, strays
 from .stranger import strangers, told
 from .sufficiency import ASTRAY, CLEARLY
 from .tell_change import body_lines, mesh_pitches, modulus_spans, ranking, sag_span, told_change
-from .turned import turned, weighs
+from .turned import all_turned, turned, weighs
 from .twins import softer
 from .unmatched import acts
 from .verdict import Verdict
@@ -100,7 +100,7 @@ def _told(plain: Findings, ground: Ground, heard: Heard, verdict: Verdict, stiff
     if declared:
         weight = _turned_over(ground, heard, verdict)
         if weight:
-            return _changed(plain, ground, verdict, weight, heard, stiff)
+            return _changed(plain, ground, verdict, (weight, weight), heard, stiff)
         strange = _unless_strange(plain, verdict, ground)
         if strange is not plain:
             return strange
@@ -159,7 +159,7 @@ def _otherwise(plain, ground: Ground, heard: Heard, verdict: Verdict, stiff) -> 
     mended = mended and not _bends(verdict.final)  # which may have bent what it mends
     if chance > least_chance(verdict) and not otherwise and not mended:
         return _unsure(plain, [(s.effect.name, _as_found(s, plain, heard, stiff)) for s in able])
-    return _changed(plain, ground, verdict, ranked, heard, stiff)
+    return _changed(plain, ground, verdict, (able, ranked), heard, stiff)
 
 
 def _unless_strange(plain: Findings, verdict: Verdict, ground: Ground) -> Findings:
@@ -191,11 +191,14 @@ def _as_declared(plain, ground: Ground, ranked: list[Suspect], heard: Heard, sti
     return plain, replace(ground, base=said.hypothesis), others
 
 
-def _changed(plain, ground: Ground, verdict: Verdict, ranked, heard: Heard, stiff) -> Findings:
-    """What is told of a body that is surely not the declared one; `ranked`: all suspects."""
-    base = ground.base
-    before = body_error(verdict, ground, base)
-    best = next((s for s in ranked if is_able(s, ground)), None)
+def _changed(plain, ground: Ground, verdict: Verdict, known, heard: Heard, stiff) -> Findings:
+    """What is told of a body that is surely not the declared one; `known`: suspects that are able,
+    and all of them.
+    """
+    base, (able, ranked) = ground.base, known
+    best = able[0] if able else None
+    weight = best is not None and best.effect.name == gravity_preload.EFFECT.name
+    before = body_error(verdict, ground, base, all_turned(heard, verdict.final) if weight else ())
     with_it = best and body_error(verdict, ground, best.hypothesis)
     misfit = (base.pitch_chi2, float(base.shape_chi2.sum()))
     free = errors(verdict.damped)

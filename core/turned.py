@@ -50,6 +50,12 @@ def turned(heard: Heard, found: TimeFit) -> dict[int, int]:
     return seen
 
 
+def all_turned(heard: Heard, found: TimeFit) -> list[int]:
+    """Numbers of all takes with one of these sets of pitches."""
+    law, seen = found.law, turned(heard, found)
+    return [i for i in law.fitted if law.pitch[i] in seen]
+
+
 def sag_between(found: TimeFit) -> np.ndarray | None:
     """(C,) how far the weight moves the channels, as half of what lies between their places in the
     first fitted take and in one of the object turned right over, where no shape that was drawn and

@@ -231,6 +231,30 @@ def test_a_body_turned_over_tells_the_clock_however_its_marker_was_put(tmp_path)
     assert stiffer[0] / stiffer[1] == pytest.approx(factor**2, rel=0.06)
 
 
+def test_a_body_that_stands_and_hangs_tells_its_weight_though_one_pitch_is_heard(tmp_path):
+    """A beam's own weight adds g/L times the integral of (1 - x) phi'^2 over that of phi^2."""
+    x, turns = np.linspace(0, 1, 2001), 1.8751
+    ratio = (np.cosh(turns) + np.cos(turns)) / (np.sinh(turns) + np.sin(turns))
+    y = turns * x
+    phi = np.cosh(y) - np.cos(y) - ratio * (np.sinh(y) - np.sin(y))
+    tension = ((1 - x) * np.gradient(phi, x) ** 2).sum() / (phi**2).sum()
+    free, more = (2 * np.pi * 5.0) ** 2, tension * 9.81 / 0.1
+    stands, hangs = (np.sqrt(free + way * more) / (2 * np.pi) for way in (-1, 1))
+    path = case(tmp_path, swing(5.0, 0.02, 2e-3), 120, 4)
+    plain = calibrate_case(path, elements=300).report["youngs_modulus"]["material"]["value"]
+    case(tmp_path, swing(hangs, 0.02, 2e-3), 120, 4)
+    (tmp_path / "tracks.csv").rename(tmp_path / "hangs.csv")
+    case(tmp_path, swing(stands, 0.02, 2e-3), 120, 4)
+    over = '[[take]]\ntracks = "hangs.csv"\ngravity = [9.81, 0, 0]\n[[marker]]'
+    text = path.read_text().replace("density", "gravity = [-9.81, 0, 0]\ndensity")
+    path.write_text(text.replace("[[marker]]", over))
+    report = calibrate_case(path, elements=300).report
+    assert report["diagnosis"]["verdict"] == "explained"
+    assert [e["name"] for e in report["diagnosis"]["effects"]] == ["gravity_preload"]
+    assert report["youngs_modulus"]["material"]["value"] == pytest.approx(plain, rel=0.02)
+    assert report["error"]["before"] > 10 * report["error"]["after"]
+
+
 @pytest.mark.slow
 def test_a_hanging_mass_is_told_by_the_swing_that_it_leaves_alone(tmp_path):
     (tmp_path / "plain").mkdir()

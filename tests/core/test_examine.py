@@ -82,13 +82,6 @@ def test_a_change_of_the_body_is_able_where_it_is_clear_takes_most_and_is_surely
     assert is_able(one, ground(measured, base)) == able
 
 
-def test_what_other_takes_tell_needs_no_misfit_of_the_first_ones_pitches():
-    measured, base = looked_at(PITCH)
-    for more, evidence, able in ((1e-3, 11.0, True), (1e-3, 9.0, False)):
-        one = suspect(replace(base, chi2=base.chi2 + more), evidence, gravity_preload.EFFECT)
-        assert is_able(one, ground(measured, base)) == able
-
-
 def test_what_the_author_declares_of_the_body_is_what_others_are_held_against():
     measured, base = looked_at(PITCH * [1.0, 1.1, 0.9])
     _, mended = looked_at(PITCH)
