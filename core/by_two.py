@@ -12,7 +12,7 @@ from .foils import is_broken, weakens, weakens_rather
 from .law import TimeFit
 from .ready import polished, to_their_end
 from .refit import turned, without
-from .residual import NOISY, QUIET, excess, strays
+from .residual import AHEAD, NOISY, QUIET, excess, strays
 from .side_by_side import in_step_by_parts
 from .sufficiency import ENOUGH_BOTH, adds, bends_the_body, one_of, owes, sufficient
 from .time_layer import EVIDENCE, NEARLY, Candidate, judge, refuted, vetoed
@@ -74,9 +74,10 @@ def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
 
 def _is_owed(one: Candidate, both: Candidate, declared: TimeFit) -> bool:
     """Whether the one owes an explanation of what it leaves, which is the other one of two that
-    leave nothing but noise where they were fitted, however small that is beside the first.
+    leave nothing but noise where they were fitted, and less of that ahead, however small that is
+    beside the first.
     """
-    nothing = both.found.chi2 < NOISY * both.found.samples
+    nothing = both.found.chi2 < NOISY * both.found.samples and not strays(both.found, AHEAD)
     second = judge(both.names, both.found, one.found)
     return nothing and owes(one.found, declared) and adds(one, second)
 

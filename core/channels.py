@@ -70,15 +70,14 @@ def axes_of(data) -> np.ndarray:
     return axes
 
 
-def reaches(data: Channels) -> list[np.ndarray]:
-    """Each (C,): what the channels may see of one shared motion, over their mean: all the same
-    where the camera turns; where it or the support goes aside, the more the nearer they are.
+def reaches(data: Channels) -> tuple[np.ndarray, np.ndarray]:
+    """(C,) and (C,), on any scale, what the channels see of one shared motion: all the same, as
+    where the camera turns; and, where it or the support goes aside, the more the nearer they are.
     """
     camera, alike = data.take.recording.camera, np.ones(len(data.marker))
-    if camera is None or camera.kind == "orthographic":
-        return [alike]
-    near = np.einsum("ci,ci->c", data.directions, camera.rows[axes_of(data)])
-    return [alike, near / near.mean()]
+    if camera is None:
+        return alike, alike
+    return alike, np.einsum("ci,ci->c", data.directions, camera.rows[axes_of(data)])
 
 
 def free_motion(take: Take, window: tuple[float, float], noise: np.ndarray) -> Channels:

@@ -4,13 +4,13 @@ from functools import partial
 
 import numpy as np
 
-from .channels import Channels, free_motion, reaches
+from .channels import Channels, free_motion
 from .data import RingDown, Take, poles, replace
 from .errors import RecordingError
 from .harmonic_inversion import invert
-from .match import select
 from .noise_floor import noise_floor, rounding_noise
 from .pursuit import DEAD
+from .shaken import without_shared
 from .shutter import at_once
 from .side_by_side import meanwhile
 
@@ -21,7 +21,6 @@ FIRST = 3  # frames at most that have still seen the object held
 OFF, HELD = 3.0, 0.5  # noise, rms, that such a frame is off by; share of what is left that it makes
 NEXT = 8  # frames after it, that it is compared with
 BRIEF = 1.0  # decay (nepers) in a frame of a pole that stands for it
-SHARED = 0.5  # of a swing, that is left where the support's own is taken off: less is none
 PERIODS = 2.0  # of the lowest mode that a recording must hold
 
 
@@ -76,32 +75,6 @@ def listen_from(data: Channels, ring: RingDown, when: float) -> tuple[Channels, 
     if not len(other.frequency) or other.damping_ratio.min() > DEAD:
         return data, ring
     return later, _at_release(other, later)
-
-
-def without_shared(ring: RingDown, data: Channels) -> RingDown:
-    """The ring-down, of the moving channels, without what the support does as well: a camera or a
-    floor that shakes is no mode. The same where nothing else is left, or no marker tells.
-    """
-    axes = data.take.recording.values.shape[2]
-    known = data.fit & np.isfinite(data.values[:, data.support]).all(axis=1)
-    if not data.support.any() or known.sum() < ENOUGH:
-        return ring
-    path = data.values[known][:, data.support].reshape(known.sum(), -1, axes).mean(axis=1)
-    noise = np.sqrt((data.sigma[data.support].reshape(-1, axes) ** 2).mean(axis=0))
-    if not (path.std(axis=0) > OFF * noise).any():
-        return ring
-    wave = np.exp(np.outer(data.time[known] - ring.t0, poles(ring.frequency, ring.damping_ratio)))
-    m = len(ring.frequency)
-    basis = np.hstack([wave.real, -wave.imag, ring.slow(data.time[known])])
-    told = np.linalg.lstsq(basis, path, rcond=None)[0]
-    on = np.flatnonzero(~data.support)
-    of_axis, left = (told[:m] + 1j * told[m : 2 * m])[:, on % axes], []
-    for reach in reaches(data):
-        own = ring.amplitude - of_axis * (reach[on] / reach[data.support].mean())
-        left.append(np.linalg.norm(own / data.sigma[on], axis=1))
-    whole = np.linalg.norm(ring.amplitude / data.sigma[on], axis=1)
-    body = np.min(left, axis=0) > SHARED * whole
-    return select(ring, np.flatnonzero(body)) if body.any() else ring
 
 
 def _at_release(ring: RingDown, data: Channels) -> RingDown:

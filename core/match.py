@@ -156,22 +156,26 @@ def _matched(ring, chase, frequency, shapes, rate, alike_first) -> Match:
             continue
         scaled = frequency * (heard[0][0] / frequency[first])
         taken, modes, score = [0], [first], strength[0] * (alike - 0.03 * first)
+        halves = {}  # of pairs that are split, by the matched mode: each has one other half
         for k in range(1, len(order)):
-            j, quality = _partner(
-                heard[k], [heard[i] for i in taken], modes, (scaled, shapes, rate)
-            )
+            some, computed = [heard[i] for i in taken], (scaled, shapes, rate)
+            j, quality = _partner(heard[k], some, modes, computed)
             if j is not None:
                 taken.append(k)
                 modes.append(j)
-            score += strength[k] * quality
+                score += strength[k] * quality
+                continue
+            other, fit = _as_other_half(heard[k], some, modes, computed)
+            halves[other] = max(halves.get(other, 0.0), strength[k] * fit)
+        score += sum(halves.values())
         if score > best:
             best, answer = score, Match(tuple(order[k] for k in taken), tuple(modes))
     return answer
 
 
 def _partner(one, taken, modes, computed):
-    """The free computed mode of a measured (frequency, shape, damping ratio), and how good it is;
-    None where it is none, or the other half of a pair that is split, which is left for the effects.
+    """The free computed mode of a measured (frequency, shape, damping ratio), and how good it is,
+    or None.
     """
     f, shape, z = one
     frequency, shapes, rate = computed
@@ -199,20 +203,23 @@ def _partner(one, taken, modes, computed):
         }
     found = max(plain, key=plain.get, default=None)
     if found is None or plain[found] <= LEAST:
-        return None, _as_other_half(one, taken, modes, computed)
+        return None, 0.0
     return found, plain[found]
 
 
-def _as_other_half(one, taken, modes, computed) -> float:
-    """How well a pole that is not matched is told as the split partner of a matched mode."""
+def _as_other_half(one, taken, modes, computed) -> tuple[int | None, float]:
+    """The matched mode of which a pole is the split partner, which is left for the effects, and how
+    well it is told so; None and nought where it is none.
+    """
     f, shape, _ = one
     frequency, shapes, _ = computed
-    fits = [
-        likeness(shape, shapes, frequency, m) - abs(np.log(f / g))
+    fits = {
+        m: likeness(shape, shapes, frequency, m) - abs(np.log(f / g))
         for (g, _, _), m in zip(taken, modes, strict=True)
         if _may_be_partner(f, [(g, None, None)], [m], frequency)
-    ]
-    return max((fit for fit in fits if fit > SURE), default=0.0)
+    }
+    best = max(fits, key=fits.get, default=None)
+    return (None, 0.0) if best is None or fits[best] <= SURE else (best, fits[best])
 
 
 def _is_nonlinear_tone(f: float, pitches: list[float]) -> bool:

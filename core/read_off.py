@@ -52,23 +52,23 @@ def shared_motions(start: TimeFit) -> list[Effect]:
 
 
 def _likeliest(start: TimeFit) -> tuple[np.ndarray, ...]:
-    """What the markers of every take share, (T, C): by how the camera or the support moves that
-    leaves least.
+    """What the markers of every take share, (T, C): of a camera that turns, or of one or a support
+    that goes aside, whichever leaves less.
     """
     takes = start.law.takes
     left = [t.values - p for t, p in zip(takes, start.predicted, strict=True)]
-    ways = [
-        tuple(
-            base_motion.common_motion(t, rest, reaches(t)[-nearer]) if _is_read(t) else 0 * t.values
-            for t, rest in zip(takes, left, strict=True)
-        )
-        for nearer in range(max(len(reaches(t)) for t in takes))
-    ]
 
-    def misses(shared) -> float:
-        rests = zip(takes, left, shared, strict=True)
-        return sum(np.nansum(((rest - way) / t.sigma)[t.fit] ** 2) for t, rest, way in rests)
+    def shared(data, rest, aside: bool):
+        if not _is_read(data):
+            return np.zeros_like(data.values)
+        return base_motion.common_motion(data, rest, reaches(data)[aside])
 
+    def misses(motions) -> float:
+        rests = zip(takes, left, motions, strict=True)
+        return sum(np.nansum(((rest - own) / t.sigma)[t.fit] ** 2) for t, rest, own in rests)
+
+    pairs = list(zip(takes, left, strict=True))
+    ways = [tuple(shared(*pair, aside) for pair in pairs) for aside in (False, True)]
     return min(ways, key=misses)
 
 

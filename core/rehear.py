@@ -103,7 +103,10 @@ def _with_the_mode(near: Heard, found: TimeFit, heard: Heard) -> TimeFit:
     inner = [*own, *(before[e] for e in new)]
     computed, modes = near.body.modes.frequency, near.match.modes
     ratio = np.log(computed[modes[-1]] / computed[modes[0]])
-    outers = [begun(found, np.array([ratio]), stirred) for stirred in STIRRED]
+    outers = [
+        begun(found, np.array([ratio]), lambda own: own[0], lambda own, part=part: part * own[:, 0])
+        for part in STIRRED
+    ]
     starts = [np.concatenate([outer, *some]) for outer in outers for some in product(*inner)]
     # what an effect's numbers are relative to
     omega = np.r_[old.setting.omega, law.setting.omega[K:]]

@@ -32,8 +32,8 @@ from .verdict import Verdict
 from .widen import begun, placed
 
 MORE, FEWEST = 3, 5  # modes beside those that were heard, and altogether where few were
-SILENT = 1e-3  # of the first mode's start, from which those begin that were not heard: at rest a
-# shape would have no size
+# of the largest swing, from which those begin that were not heard: at rest a shape has no size
+SILENT = 1e-3
 LIGHT = 0.02  # damping ratio that they begin with at most: what rubs damps the heard ones, too
 HIGHEST = 0.8  # of half the frame rate
 OFTEN, MOST = 4, 3 * FINE  # steps per period of the highest of them, and of the first mode at most
@@ -199,7 +199,12 @@ def _fitted(law: Law, found: TimeFit) -> Iterator[TimeFit]:
     own = [(e, t[0]) for e, t in pairs if not is_further(e)]
     few = None if sum(bool(e.force) for e, _ in own) < 2 else BESIDE  # all choices of two are many
     inner = [list(islice(_begins(e, t, K, law), few)) for e, t in own]
-    outer = begun(found, np.log(omega[K:] / omega[0]), SILENT, LIGHT)
+    outer = begun(
+        found,
+        np.log(omega[K:] / omega[0]),
+        lambda ratios: min(LIGHT, ratios.min()),
+        lambda starts: (SILENT * np.hypot(*starts).max(), 0.0),
+    )
     starts = np.array([np.concatenate([outer, *some]) for some in product(*inner)])
     likely = np.argsort(at_first(law, starts, SHARES[0]))[:STARTS]
     for p, jacobian, _ in walked(law, starts[likely], SHARES, LOOKS, most=ENDS):

@@ -1,22 +1,26 @@
 """Where a search begins with more of the body's modes beside those of a fit: what these may do."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from .effects.base import Effect
 from .law import TimeFit
 
 
-def begun(found: TimeFit, ratio: np.ndarray, share: float, most: float = np.inf) -> np.ndarray:
+def begun(found: TimeFit, ratio: np.ndarray, damping: Callable, start: Callable) -> np.ndarray:
     """Pitches, damping ratios and starts of a fit, and of n modes more.
 
-    These ring at the first one's pitch times exp(`ratio`) (n,), have its damping ratio, but no
-    more than `most`, and were let go from that `share` of its start.
+    These ring at the first one's pitch times exp(`ratio`) (n,), damped by what `damping` makes of
+    the fit's ratios (K,), and let go from what `start` makes of its starts, m and m/s over omega
+    (2, K), of a take.
     """
     K, (a, b, _), out = found.law.modes, found.law.sizes(), []
-    for pitch, damping in found.parameters[:a].reshape(-1, 2, K):
-        out += [pitch, pitch[0] + ratio, damping, np.full(len(ratio), min(most, damping[0]))]
-    for start in found.parameters[a : a + b].reshape(-1, K):
-        out += [start, np.full(len(ratio), share * start[0])]
+    for pitch, ratios in found.parameters[:a].reshape(-1, 2, K):
+        out += [pitch, pitch[0] + ratio, ratios, np.full(len(ratio), damping(ratios))]
+    for own in found.parameters[a : a + b].reshape(-1, 2, K):
+        for row, more in zip(own, start(own), strict=True):
+            out += [row, np.full(len(ratio), more)]
     return np.concatenate(out)
 
 

@@ -1,6 +1,7 @@
 """The support or the camera moves: every marker moves along.
 
-Law         y_m += s(t), the same for all markers; where it is the support that moves, the body
+Law         y_m += s(t), the same for all markers, or, before a lens, the more the nearer they are,
+            where it is not turned; where it is the support that moves, the body
             answers along each way a that it goes with q_ka'' + 2 z w q_ka' + w^2 q_ka = -G_ka s_a''
             as well, G_ka in a free shape where markers on it tell s, and as computed where none
             does: its steady answer, line by line, well below the body's pitch
@@ -27,7 +28,7 @@ UNSEEN = 1e-6  # of the direction that is seen best, squared: what is seen less 
 SETTLE = "stick a marker on the support, or film something that stands still beside it"
 
 
-def common_motion(data, residual: np.ndarray, reach=None) -> np.ndarray:
+def common_motion(data, residual: np.ndarray, reach: np.ndarray | None = None) -> np.ndarray:
     """(T, C) what the other markers share, per axis; from the support's markers where there are.
 
     reach (C,): what each channel sees of it, as `reaches` has it; all the same by default.

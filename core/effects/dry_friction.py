@@ -14,6 +14,8 @@ import numpy as np
 
 from .base import Effect, Parameter, too_faint
 
+FIERCER, TRAVELS = (0.6, 1.0), (-5.0, -4.0)  # what else it may be beside modes that it rings
+
 
 def force(theta, setting):
     """theta = (force over modal stiffness times amplitude, log of travel over amplitude)."""
@@ -71,7 +73,7 @@ EFFECT = Effect(
         (0.003, np.log(2.0)),
     ],
     force=force,
-    otherwise=lambda theta: [np.array([f * theta[0], t]) for f in (0.6, 1.0) for t in (-5.0, -4.0)],
+    otherwise=lambda theta: [np.array([f * theta[0], t]) for f in FIERCER for t in TRAVELS],
     places=48,  # with many modes none of a few may be near
     sudden=True,
     report=report,

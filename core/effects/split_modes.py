@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..harmonic_inversion import invert
+from ..linear_part import fitted_instants
 from .base import FAINT, Effect, Parameter, companion, ring
 from .partner import SPREAD, another_motion
 
@@ -59,12 +60,14 @@ def _other_way(found) -> bool:
 
 def _leaves_others(found) -> bool:
     """Whether all that is left beside noise are swings at pitches beyond those of such a pair."""
-    own, left, count = found.frequency[found.law.setting.pair], 0.0, 0
+    left, count = 0.0, 0
     for take, index in enumerate(found.law.fitted):
         data = found.law.takes[index]
-        on, time = ~data.support, data.time[data.fit]
-        rest = found.missed(take)[data.fit][:, on]
+        time, use = fitted_instants(found.law, found.theta, data)
+        on = ~data.support
+        rest = found.missed(take)[use][:, on]
         rings = invert(time, rest, noise=data.sigma[on], max_modes=OTHERS)
+        own = found.pitches(take)[found.law.setting.pair]
         if (np.abs(np.log(rings.frequency / own)) < EFFECT.high[0]).any():
             return False
         left += float(np.nansum(((rest - rings.predict(time)) / data.sigma[on]) ** 2))

@@ -61,17 +61,18 @@ def test_two_that_are_no_explanation_lead_to_one_that_is(monkeypatch, broken):
 
 
 @pytest.mark.parametrize(
-    ("left", "owing", "adding", "names"),
+    ("left", "owing", "adding", "astray", "names"),
     [
-        (1.0, True, True, ("split_modes", "base_motion")),
-        (1.5, True, True, ("split_modes",)),
-        (1.0, False, True, ("split_modes",)),
-        (1.0, True, False, ("split_modes",)),
+        (1.0, True, True, False, ("split_modes", "base_motion")),
+        (1.5, True, True, False, ("split_modes",)),
+        (1.0, False, True, False, ("split_modes",)),
+        (1.0, True, False, False, ("split_modes",)),
+        (1.0, True, True, True, ("split_modes",)),
     ],
-    ids=["a cause", "more than noise is left", "none is owed", "not most of it"],
+    ids=["a cause", "more than noise is left", "none is owed", "not most of it", "off ahead"],
 )
 def test_what_one_effect_owes_has_a_cause_however_small_beside_the_first(
-    monkeypatch, left, owing, adding, names
+    monkeypatch, left, owing, adding, astray, names
 ):
     fit = SimpleNamespace(law=SimpleNamespace(effects=()), chi2=left, samples=1.0)
     both = Candidate(("split_modes", "base_motion"), fit, 10 * EVIDENCE, 0.99, 0.99)
@@ -84,7 +85,7 @@ def test_what_one_effect_owes_has_a_cause_however_small_beside_the_first(
         "sufficient": True,
         "is_broken": False,
         "one_of": alone,
-        "strays": False,
+        "strays": astray,
         "vetoed": False,
         "turned": fit,
         "weakens": False,

@@ -28,6 +28,7 @@ from core.effects import (
 )
 from core.linear_part import TIE, _ties
 from core.match import Match, match_modes
+from core.read_off import _likeliest
 from core.simulate import swing
 from core.unheard import neighbours
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
@@ -603,22 +604,28 @@ def test_the_two_modes_of_a_near_pair_keep_half_their_distance():
     assert off[0] == pytest.approx(TIE * 0.005) and off[1] == 0 and off[2] > 0
 
 
-def test_what_goes_aside_before_a_lens_is_seen_the_more_the_nearer_it_is():
-    """Two markers on the support, one near the lens; what turns the camera moves all alike."""
+def before_a_lens():
+    """Two markers on the support and one near the lens, as channels; instants; what they see of
+    what goes aside, and of a camera that turns.
+    """
     rows, places = np.eye(3), np.array([[0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.02, 0.01, -0.2]])
     camera = Camera("pinhole", rows, np.array([0, 0, -0.5]), 1000.0, np.zeros(2))
-    support = np.array([True, True, False]).repeat(2)
     data = SimpleNamespace(
         take=SimpleNamespace(recording=SimpleNamespace(camera=camera)),
         marker=np.repeat(np.arange(3), 2),
         directions=camera.jacobian(places).reshape(-1, 3),
         sigma=np.full(6, 0.01),
-        support=support,
+        support=np.array([True, True, False]).repeat(2),
     )
     time = np.arange(400) / 100
     path = 1e-3 * np.array([np.sin(3 * time), np.cos(2 * time), 0 * time]).T
     aside = np.array([(camera.project(places + s) - camera.project(places)).ravel() for s in path])
-    turning = np.tile(aside[:, :2], 3)
+    return data, time, {"aside": aside, "turning": np.tile(aside[:, :2], 3)}
+
+
+def test_what_goes_aside_before_a_lens_is_seen_the_more_the_nearer_it_is():
+    data, _, moved = before_a_lens()
+    aside, turning = moved["aside"], moved["turning"]
     alike, nearer = reaches(data)
     assert nearer[4:] / nearer[:2] == pytest.approx(0.5 / 0.3, rel=1e-3)
     for moved, reach, other in ((aside, nearer, alike), (turning, alike, nearer)):
@@ -627,6 +634,23 @@ def test_what_goes_aside_before_a_lens_is_seen_the_more_the_nearer_it_is():
             for one in (reach, other)
         )
         assert off < 0.02 < 0.2 < wrong
+
+
+def test_of_what_markers_share_that_is_read_off_which_leaves_less_and_nothing_where_none_tells():
+    """A held-out take without a marker on the support has gaps, and no shared motion."""
+    data, time, moved = before_a_lens()
+    unread = SimpleNamespace(
+        **vars(data) | {"support": np.zeros(6, bool), "take": SimpleNamespace(held_out=True)}
+    )
+    unread.take.recording = data.take.recording
+    data.take.held_out, data.fit, unread.fit = False, time < 3, time < 1
+    unread.values = np.where(time[:, None] < 2, moved["aside"], np.nan)
+    for seen in moved.values():
+        data.values = seen
+        law = SimpleNamespace(takes=(data, unread))
+        shared, none = _likeliest(SimpleNamespace(law=law, predicted=(0 * seen, 0 * seen)))
+        assert np.abs(shared - seen).max() < 0.02 * seen.max()
+        assert (none == 0).all()
 
 
 def test_a_support_that_no_marker_shows_is_told_by_how_the_body_answers_to_it():

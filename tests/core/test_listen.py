@@ -56,38 +56,6 @@ def test_frames_before_a_blow_are_left_out_though_a_pole_that_dies_at_once_tells
         assert len(ring.frequency) == 1
 
 
-@pytest.mark.parametrize("on", ["support", "object"])
-def test_what_the_support_does_too_is_no_mode(on):
-    """A camera in the hand sways slowly and far; a marker beside the object tells."""
-    rng = np.random.default_rng(1)
-    take = held_then_free(0, 0)
-    time, values, markers = (getattr(take.recording, n) for n in ("time", "values", "markers"))
-    foot = NOISE * rng.standard_normal((len(time), 1, 3))
-    sway = 2 * np.exp(-0.15 * time)[:, None] * np.sin(np.outer(time, [5.0, 6.0, 7.0]))
-    place = Marker("foot", position=(0.0, 0.0, 0.0), on=on)
-    values = np.concatenate([values, foot], axis=1) + sway[:, None]
-    seen = Take(Recording(time, values, (*markers, place), capture_fps=FPS))
-    _, ring = listen(seen, lambda time, signals: (0.0, time[-1]))
-    heard = [f for f in ring.frequency if f > 0.5]
-    if on == "support":
-        assert heard == [pytest.approx(FREQUENCY, rel=0.01)]
-    else:
-        assert min(heard) < 2.0
-
-
-def test_a_support_that_stands_still_takes_nothing_away():
-    take = held_then_free(0, 0)
-    time, values, markers = (getattr(take.recording, n) for n in ("time", "values", "markers"))
-    foot = NOISE * np.random.default_rng(2).standard_normal((len(time), 1, 3))
-    place = Marker("foot", position=(0.0, 0.0, 0.0), on="support")
-    both = Recording(
-        time, np.concatenate([values, foot], axis=1), (*markers, place), capture_fps=FPS
-    )
-    _, ring = listen(Take(both), lambda time, signals: (0.0, time[-1]))
-    _, alone = listen(take, lambda time, signals: (0.0, time[-1]))
-    assert ring.frequency == pytest.approx(alone.frequency, rel=1e-4)
-
-
 def test_a_marker_that_nobody_tracked_is_not_believed_beyond_the_others():
     """Written as it rests, or rounded to where it stays: its last digit must outweigh no motion."""
     take = held_then_free(0, 5)
