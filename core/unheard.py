@@ -14,6 +14,7 @@ from .residual import QUIET
 
 LIVELY = 0.25  # damping ratio up to which a weak pole may be a mode
 PARTED = 0.003  # relative, from which two computed modes are no pair by the body's symmetry
+LONGER = 1.1  # times as fast, at most, that what lives as long as another pole dies
 NEIGHBOUR = 1.5  # times the strongest mode's pitch, within which another one may go unheard
 
 
@@ -78,8 +79,8 @@ def neighbours(found: TimeFit, heard: RingDown, match: Match, frequency: np.ndar
     and what ties them, as `Law.tied`, one after another.
 
     Two modes that lie close together sound as one while something bends their pitches. A pole that
-    was `heard` there, lives longer and was not matched may be the strongest mode itself, and the
-    one that was matched to it the other mode.
+    was `heard` there, lives about as long and was not matched may be the strongest mode itself, and
+    the one that was matched to it the other mode.
     """
     ratio = frequency / frequency[match.modes[0]]
     apart = np.abs(np.log(frequency[:, None] / frequency[list(match.modes)])).min(axis=1)
@@ -98,12 +99,12 @@ def neighbours(found: TimeFit, heard: RingDown, match: Match, frequency: np.ndar
 
 
 def _longer_lived(heard: RingDown, match: Match, data) -> np.ndarray:
-    """Which poles beside the strongest one were not matched and die, but later than that, and are
-    not faint.
+    """Which poles beside the strongest one were not matched and die, but about as late as that or
+    later, and are not faint.
     """
     first, pole = match.poles[0], poles(heard.frequency, heard.damping_ratio)
     able = np.abs(np.log(heard.frequency / heard.frequency[first])) < np.log(NEIGHBOUR)
-    able &= pole.real > pole.real[first]
+    able &= pole.real > LONGER * pole.real[first]
     able[list(match.poles)] = False
     able &= ~is_driven(pole, np.ptp(data.time[data.fit]), pole[[first]])
     size = np.linalg.norm(heard.amplitude / heard.noise, axis=1)

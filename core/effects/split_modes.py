@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 
 from ..harmonic_inversion import invert
-from ..linear_part import fitted_instants
 from .base import FAINT, Effect, Parameter, companion, ring
 from .partner import SPREAD, another_motion
 
@@ -63,9 +62,8 @@ def _leaves_others(found) -> bool:
     left, count = 0.0, 0
     for take, index in enumerate(found.law.fitted):
         data = found.law.takes[index]
-        time, use = fitted_instants(found.law, found.theta, data)
-        on = ~data.support
-        rest = found.missed(take)[use][:, on]
+        on, time = ~data.support, data.time[data.fit]
+        rest = found.missed(take)[data.fit][:, on]
         rings = invert(time, rest, noise=data.sigma[on], max_modes=OTHERS)
         own = found.pitches(take)[found.law.setting.pair]
         if (np.abs(np.log(rings.frequency / own)) < EFFECT.high[0]).any():

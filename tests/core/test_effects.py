@@ -388,6 +388,8 @@ def test_of_two_poles_heard_where_one_mode_was_matched_the_longer_lived_may_be_t
     assert free[0].frequency == pytest.approx([5.1, 12.0, 5.0]) and free[2] == ()
     assert free[0].damping_ratio == pytest.approx([0.04, 0.02, 0.25])
     assert [both.poles for _, both, _ in (tied, free)] == [(0, 1, 0), (2, 1, 0)]
+    alike = heard_by_one_take([5.0, 12.0, 5.1], [0.02, 0.02, 0.021])  # the halves of one pair
+    assert len(list(neighbours(*alike, np.array([1.0, 1.1, 2.5])))) == 2
 
 
 @pytest.mark.parametrize(
