@@ -580,6 +580,7 @@ def split(
             takes=(seen,),
         ),
         missed=lambda take: rest,
+        pitches=lambda take: OMEGA / (2 * np.pi),
         frequency=OMEGA / (2 * np.pi),
         damping_ratio=np.array([0.02]),
         parameters=np.r_[np.log(OMEGA / (2 * np.pi)), 0.02, by, z],
