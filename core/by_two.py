@@ -74,7 +74,7 @@ def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
 
 def _is_owed(one: Candidate, both: Candidate, declared: TimeFit) -> bool:
     """Whether the one owes an explanation of what it leaves, which is the other one of two that
-    leave nothing but noise where they were fitted, and less of that ahead, however small that is
+    leave nothing but noise where they were fitted, and hardly more ahead, however small that is
     beside the first.
     """
     nothing = both.found.chi2 < NOISY * both.found.samples and not strays(both.found, AHEAD)

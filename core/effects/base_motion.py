@@ -1,7 +1,7 @@
 """The support or the camera moves: every marker moves along.
 
-Law         y_m += s(t), the same for all markers, or, before a lens, the more the nearer they are,
-            where it is not turned; where it is the support that moves, the body
+Law         y_m += s(t), the same for all markers, or, before a lens that does not turn, the more
+            the nearer they are; where it is the support that moves, the body
             answers along each way a that it goes with q_ka'' + 2 z w q_ka' + w^2 q_ka = -G_ka s_a''
             as well, G_ka in a free shape where markers on it tell s, and as computed where none
             does: its steady answer, line by line, well below the body's pitch
