@@ -12,7 +12,7 @@ from .hearings import nearby, without_mimics
 from .joint import SHOWN, Heard
 from .law import TimeFit, replace
 from .residual import NOISY, errors, excess
-from .settle import moves_its_way
+from .settle import cancels, moves_its_way
 from .time_layer import singles
 from .timefit import as_it_stands, best_fit, misfits
 from .verdict import Verdict
@@ -70,6 +70,8 @@ def _with_one_more(heard: Heard, verdict: Verdict, diagnose) -> tuple[Heard, Ver
         own = near.declared.law
         left = excess(best)
         moves = partial(moves_its_way, wider, near.body, near.match.modes[-1])
+        if cancels(near.declared) and cancels(wider):
+            continue
         if excess(wider) < MOSTLY * left or (excess(wider) < SHOWN * left and moves()):
             there = replace(own, setting=wider.law.setting)
             again = diagnose(near, as_it_stands(there, wider.parameters[: sum(own.sizes())]))
@@ -77,7 +79,7 @@ def _with_one_more(heard: Heard, verdict: Verdict, diagnose) -> tuple[Heard, Ver
             again = diagnose(near)
         else:
             continue
-        if _is_better(again, verdict):
+        if _is_better(again, verdict) and not cancels(again.final):
             return near, again
     return heard, verdict
 

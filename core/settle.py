@@ -27,6 +27,7 @@ MUCH = 0.3  # damping ratio beyond which it has run off, unless it was heard so
 AS_ONE = 0.03  # relative distance of two computed pitches that may sound as one
 OFF = 0.05  # of its size in the body, from which a linear mode was left at a wrong one
 OWN = 0.7  # MAC with its computed shape from which a mode beside the strongest is one
+CANCELS = 0.1  # of what either of two close modes moves, that both together move at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,6 +197,24 @@ def displaced(wider: TimeFit, found: TimeFit) -> bool:
     """
     heard = found.frequency, found.damping_ratio
     return bool((astray(wider, *heard) & ~astray(found, *heard)).any())
+
+
+def cancels(found: TimeFit) -> bool:
+    """Whether the last mode and one close to it swing against each other, so that hardly anything
+    of them is seen: such two tell almost any slow beat.
+    """
+    on = ~found.law.takes[found.law.fitted[0]].support
+    last = found.law.modes - 1
+    close = np.abs(np.log(found.frequency[:last] / found.frequency[last])) < CLOSE
+    return any(_share_seen(found, [k, last], on) < CANCELS for k in np.flatnonzero(close))
+
+
+def _share_seen(found: TimeFit, both: list[int], on: np.ndarray) -> float:
+    """The most that these modes move any channel, over the most that one of them does."""
+    takes = [(u[:, both], found.shapes_of(n)[both][:, on]) for n, u in enumerate(found.motions)]
+    together = max(np.abs(u @ shapes).max() for u, shapes in takes)
+    alone = [np.abs(u).max(axis=0) * np.abs(shapes).max(axis=1) for u, shapes in takes]
+    return float(together / max(np.max(alone), 1e-300))
 
 
 def _to_nearest(frequency: np.ndarray) -> np.ndarray:

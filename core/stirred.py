@@ -193,7 +193,9 @@ def _with_modes(old: Law, ground: Recorded, turn: np.ndarray, pitches: np.ndarra
 
 
 def _fitted(law: Law, found: TimeFit) -> Iterator[TimeFit]:
-    """The best fits of the wider law, best first, from what may be of `found` with it."""
+    """The best fits of the wider law, best first, from what may be of `found` with it; then those
+    from where its further modes are as the body has them.
+    """
     K, omega = found.law.modes, law.setting.omega
     pairs = zip(found.law.effects, found.theta, strict=True)
     own = [(e, t[0]) for e, t in pairs if not is_further(e)]
@@ -207,8 +209,15 @@ def _fitted(law: Law, found: TimeFit) -> Iterator[TimeFit]:
     )
     starts = np.array([np.concatenate([outer, *some]) for some in product(*inner)])
     likely = np.argsort(at_first(law, starts, SHARES[0]))[:STARTS]
-    for p, jacobian, _ in walked(law, starts[likely], SHARES, LOOKS, most=ENDS):
-        yield carrying(conclude(law, p, jacobian))
+    ratios = np.log(omega[K:] / omega[0])
+    # a mode that hardly swings runs off its pitch; one that is held there may be damped otherwise
+    for tied in (), tuple((K + k, float(ratio)) for k, ratio in enumerate(ratios)):
+        walks = walked(replace(law, tied=tied), starts[likely], SHARES, LOOKS, most=ENDS)
+        if tied:
+            places = np.array([p for p, _, _ in walks])
+            walks = walked(law, places, SHARES[-1:], LOOKS, most=ENDS)
+        for p, jacobian, _ in walks:
+            yield carrying(conclude(law, p, jacobian))
 
 
 def _begins(effect: Effect, theta: np.ndarray, heard: int, law: Law) -> Iterator[np.ndarray]:

@@ -8,6 +8,7 @@ import pytest
 
 from core import rehear
 from core.effects import dry_friction
+from core.settle import cancels
 from core.timefit import extend, fit, misfits
 from tests.core.test_simulate import AMPLITUDE
 from tests.core.test_timefit import Rub, W, channels, declared, moved
@@ -43,6 +44,75 @@ def test_what_was_explained_stays_so(monkeypatch):
     before = verdict("explained", 1.0, 1.0)
     assert not rehear._is_better(verdict("unexplained", 0.1, 0.1), before)
     assert rehear._is_better(verdict("explained", 0.1, 0.1), before)
+
+
+@pytest.mark.parametrize(
+    ("starts", "pitch", "gone"),
+    [((1.0, -1.0), 1.01, True), ((1.0, 0.5), 1.01, False), ((1.0, -1.0), 1.2, False)],
+    ids=["against each other", "together", "far apart"],
+)
+def test_close_modes_that_swing_against_each_other_are_none(starts, pitch, gone):
+    """Of one shape but for a tenth; in a second take they hardly swing at all."""
+    time = np.linspace(0, 0.5, 100)
+    shapes = np.array([[1.0, 0.5, -0.3], [1.0, 0.55, -0.27]])
+    u = np.stack([a * np.cos(40 * k * time) for a, k in zip(starts, (1, pitch), strict=True)], 1)
+    u = u * np.exp(-10 * time[:, None])
+    data = SimpleNamespace(support=np.zeros(3, bool))
+    found = SimpleNamespace(
+        law=SimpleNamespace(takes=[data], fitted=[0], modes=2),
+        frequency=np.array([6.0, 6.0 * pitch]),
+        motions=(u, 0.01 * np.abs(u)),
+        shapes_of=lambda take: shapes,
+    )
+    assert cancels(found) == gone
+
+
+def nearby_is(monkeypatch, against):
+    """A hearing with one more mode, of which the declared fit, the one with what was found, and
+    the final one have it swing against another, or not.
+    """
+    declared, wider, final = against
+    law = SimpleNamespace(setting=None, sizes=lambda: (0, 0, 0))
+    near = SimpleNamespace(
+        declared=SimpleNamespace(law=law, cancels=declared, left=0.1),
+        body=None,
+        match=SimpleNamespace(modes=(0, 1)),
+    )
+    sought = SimpleNamespace(law=law, cancels=wider, left=0.1, parameters=np.zeros(0))
+    monkeypatch.setattr(rehear, "excess", lambda final: final.left)
+    monkeypatch.setattr(rehear, "errors", lambda final: final)
+    monkeypatch.setattr(rehear, "cancels", lambda found: found.cancels)
+    monkeypatch.setattr(rehear, "nearby", lambda heard: [near])
+    monkeypatch.setattr(rehear, "_with_the_mode", lambda *_: sought)
+    monkeypatch.setattr(rehear, "replace", lambda law, setting: law)
+    monkeypatch.setattr(rehear, "as_it_stands", lambda law, p: None)
+    again = verdict("unexplained", 0.1, 0.1)
+    again.final.cancels = final
+    return near, again
+
+
+@pytest.mark.parametrize(
+    ("against", "asked", "taken"),
+    [
+        ((False, False, False), True, True),
+        ((True, False, False), True, True),
+        ((False, True, False), True, True),
+        ((True, True, False), False, False),
+        ((True, False, True), True, False),
+    ],
+)
+def test_a_hearing_of_modes_that_cancel_is_not_taken(monkeypatch, against, asked, taken):
+    near, again = nearby_is(monkeypatch, against)
+    heard, before = SimpleNamespace(), verdict("unexplained", 1.0, 1.0)
+    before.final.chi2, before.final.samples = 500.0, 100
+    looked = []
+
+    def diagnose(one, start):
+        looked.append(one)
+        return again
+
+    out, _ = rehear._with_one_more(heard, before, diagnose)
+    assert bool(looked) == asked and (out is near) == taken
 
 
 def test_one_more_mode_is_sought_from_where_the_found_fit_stands(monkeypatch):
