@@ -36,13 +36,22 @@ def body_error(verdict: Verdict, ground: Ground, found: Hypothesis, alike=()) ->
     change = _bound(ground.damping_ratio, f, shapes, data) - free
     predicted = list(declared.predicted)
     predicted[index] = predicted[index] + change
-    for i in alike:
+    elsewhere = dict.fromkeys(alike, declared.frequency)
+    for one, left, far in zip(ground.shifts, found.shift_left, found.shift_pull, strict=True):
+        own = law.fitted[one.take]
+        pitches = declared.pitches(one.take) * np.exp(left * _share_beyond(far))
+        elsewhere |= {i: pitches for i in law.fitted if law.pitch[i] == law.pitch[own]}
+    for i, pitches in elsewhere.items():
         n, data = law.fitted.index(i), law.takes[i]
         z, shapes = declared.damping_ratios(n), declared.shapes_of(n)
-        both = declared.frequency, declared.pitches(n)
-        here, there = (_bound(z, f, shapes, data) for f in both)
+        here, there = (_bound(z, f, shapes, data) for f in (pitches, declared.pitches(n)))
         predicted[i] = predicted[i] + here - there
     return error_of(law.takes, predicted)
+
+
+def _share_beyond(pulls: np.ndarray) -> np.ndarray:
+    """(n,) what share of the pulls (n,) is not forgiven."""
+    return _beyond(pulls) / np.where(pulls == 0, 1.0, pulls)
 
 
 def _beyond(pulls: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ and Hilbert, Methods of Mathematical Physics I, V.13), so a mode may hold some o
 which costs the more the further they lie apart.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -28,6 +28,7 @@ STRANGE = 16.0  # misfit of a faint mode's pitch from which it is taken for none
 UNFOLDING = 9.0  # what it costs that a pitch was folded by the frame rate
 LIKE = 0.4  # MAC from which a computed mode may be a measured one
 FIRST = 3  # of the lowest computed modes, that the first measured one may be
+CHANCE = 1.0  # misfit by which a higher one must be the better first one
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,12 +102,16 @@ class Hypothesis:
     sag: np.ndarray | None = None  # (C,)
     folded: tuple[int, ...] = ()  # measured modes whose pitches are read as folded
     strange: int = 0  # faint modes that are none of the body's; their pulls are the most they cost
+    # (s, K) by how much the pitches of takes with other loads are off, as logarithms, and in
+    # standard deviations
+    shift_left: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    shift_pull: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def pitch_chi2(self) -> float:
-        """Misfit of the pitches, and the sag."""
+        """Misfit of the pitches, those under other loads too, and the sag."""
         pulls = self.pitch_pull @ self.pitch_pull + self.together @ self.together
-        return float(pulls + UNFOLDING * len(self.folded))
+        return float(pulls + UNFOLDING * len(self.folded) + (self.shift_pull**2).sum())
 
     @property
     def pitches(self) -> np.ndarray:
@@ -127,6 +132,7 @@ def compare(measured: Measured, values, shapes, unit=None, *, most=np.inf) -> Hy
         for partners in _ways(measured, own, alike, first):
             best = _at_best_modulus(measured, own, shapes, partners, unit, most=most) or best
             most = most if best is None else best.chi2
+        most = most if best is None else best.chi2 - CHANCE
     return best
 
 

@@ -1,5 +1,6 @@
 """How surely a body is not as declared, by its pitches, shapes and sag, and a change mends that."""
 
+import numpy as np
 from scipy.stats import chi2 as chi2_law
 
 from .body_error import SHOWN, body_error
@@ -23,7 +24,8 @@ CLEAR = 6.0  # misfit per piece above which no known effect is a finding in itse
 def chance_of(body: Hypothesis, measured: Measured) -> float:
     """That a body as this one shows its pitches so far off, or its sag alone beside them."""
     pull, K = body.pitch_pull, len(measured.frequency)
-    whole = chi2_law.sf(body.pitch_chi2, max(len(pull) - 1, 1))
+    known = len(pull) - 1 + np.count_nonzero(body.shift_pull)
+    whole = chi2_law.sf(body.pitch_chi2, max(known, 1))
     if len(pull) == K:
         return float(whole)
     alone = pull[K] ** 2 / body.free[K]
@@ -33,7 +35,8 @@ def chance_of(body: Hypothesis, measured: Measured) -> float:
 def pieces(ground: Ground) -> float:
     """Pieces of what was measured of the body: a misfit of so much is chance."""
     K = len(ground.measured.frequency)
-    return K * PIECES + (K - 1) + (ground.pull is not None)
+    shifts = sum(np.isfinite(one.measured).sum() for one in ground.shifts)
+    return K * PIECES + (K - 1) + (ground.pull is not None) + int(shifts)
 
 
 def least_chance(verdict: Verdict) -> float:

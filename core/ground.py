@@ -15,6 +15,7 @@ from .folds import folds_of
 from .joint import Heard
 from .law import TimeFit, replace
 from .match import PAIR
+from .other_loads import Shift, as_declared, shifts_of, told_by
 from .parameters import inflation
 from .sizes import size_slopes
 from .turned import sag_between
@@ -49,6 +50,8 @@ class Ground:
     computed: np.ndarray  # (K,) relative error of a pitch that is the model's
     pull: np.ndarray | None = None  # (3P,) N, the body's own weight where the sag is known
     turned: bool = False  # that is told by takes of the body turned over
+    shifts: tuple[Shift, ...] = ()  # of the pitches in takes with other loads
+    laden: tuple = ((), ())  # the declared body's matrices, and what these loads add to its mass
 
     @property
     def unsure(self) -> np.ndarray:
@@ -120,8 +123,22 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     if middle != 1:
         measured = parted(measured, base.modes, body.modes.frequency, (pair, middle - 1))
         base = _compared(body, data, measured, shrink) or base
-    turned = between is not None
-    return Ground(body, data, measured, base, shrink, sigma, ratios, computed, pull, turned)
+    shifts = shifts_of(heard, verdict, np.broadcast_to(bias, pitches.shape)[: len(true)])
+    laden = as_declared(heard, shifts)
+    return Ground(
+        body,
+        data,
+        measured,
+        told_by(shifts, base, *laden),
+        shrink,
+        doubt=sigma,
+        damping_ratio=ratios,
+        computed=computed,
+        pull=pull,
+        turned=between is not None,
+        shifts=shifts,
+        laden=laden,
+    )
 
 
 def _compared(body: Body, data: Channels, measured: Measured, shrink) -> Hypothesis | None:
@@ -153,7 +170,9 @@ def looked_at_closely(ground: Ground) -> Ground | None:
     common = np.vstack([TOGETHER * error, SIZED * size_slopes(ground.body)[:, modes]])
     measured = replace(ground.measured, error=own, common=common)
     base = _compared(ground.body, ground.data, measured, ground.shrink)
-    return base and replace(ground, measured=measured, base=base)
+    if base is None:
+        return None
+    return replace(ground, measured=measured, base=told_by(ground.shifts, base, *ground.laden))
 
 
 def parted(measured: Measured, modes: tuple, own: np.ndarray, split: tuple) -> Measured:

@@ -14,6 +14,7 @@ from .effects.base import Effect, Family
 from .errors import DataError
 from .factorization import factorize
 from .ground import Ground, converged_sag
+from .other_loads import told_by
 from .side_by_side import side_by_side
 
 LIMIT = 3.84  # rise of chi2 within which a parameter is not told from the best one, 95 %
@@ -259,6 +260,7 @@ def _looker(effect: Effect, family: Family, ground: Ground):
     seen = body.seen(ground.data, family.basis.reshape(len(body.model.points), 3, -1)).T  # (C, r)
     own = None if ground.pull is None else family.basis.T @ ground.pull
     gravity = body.case.takes[0].gravity
+    added = [one.within(family.basis) for one in ground.shifts]
     known = {}
 
     def look(theta, most=np.inf):
@@ -285,6 +287,8 @@ def _looker(effect: Effect, family: Family, ground: Ground):
         found = compare(measured, values * shrink, shapes, unit, most=most)
         if found is None:
             return None, np.inf
+        extra = [part.T @ one @ part for one in added]
+        found = told_by(ground.shifts, found, (K, M), extra, (values, x))
         if effect.name == "gravity_preload":  # the modulus that carries the weight is the one found
             return found, found.chi2 + ((np.log(found.modulus) - theta[0]) / 0.02) ** 2
         return found, found.chi2

@@ -17,7 +17,7 @@ from .verdict import Verdict
 
 HARMLESS = ("lost_frames", "tracker_drift")  # once told, they leave nothing of themselves
 ADDED = ("relaxation", "steady_drive")  # linear: modes swing beside them as they would without
-LOUD = 0.3  # of the strongest mode's motion, rms, from which one that was not matched counts
+LOUD = 0.1  # of the strongest mode's motion, rms, from which one that was not matched counts
 OWN = 0.4  # likeness to a computed mode from which a fainter one does too
 REACH = 0.9  # of the highest computed pitch, up to which the body's modes are known
 FOLDS = 3  # times the rate of the frames, by which a high mode may be seen folded down

@@ -255,6 +255,39 @@ def test_a_body_that_stands_and_hangs_tells_its_weight_though_one_pitch_is_heard
     assert report["error"]["before"] > 10 * report["error"]["after"]
 
 
+@pytest.mark.parametrize("lump", [0.0, 0.005])
+def test_a_known_mass_on_top_tells_one_that_nobody_declared_though_one_pitch_is_heard(
+    tmp_path, lump
+):
+    """Rayleigh: 33/136 of a cantilever swings with what sits at its tip."""
+    body, known = 33 / 136 * 1000.0 * 0.1 * 0.015**2, 0.004
+    bare, laden = (5.0 * np.sqrt(body / (body + lump + more)) for more in (0.0, known))
+    case(tmp_path, swing(laden, 0.02, 2e-3), 120, 4)
+    (tmp_path / "tracks.csv").rename(tmp_path / "laden.csv")
+    path = case(tmp_path, swing(bare, 0.02, 2e-3), 120, 4)
+    inside = "position = [0.1, 0.0075, 0.0075]"  # at half height nothing moves lengthwise
+    path.write_text(path.read_text().replace("position = [0.1, 0.0075, 0.015]", inside))
+    alone = calibrate_case(path, elements=300).report
+    load = f"load = [{{ mass = {known}, position = [0.1, 0.0075, 0.0075] }}]"
+    over = f'[[take]]\ntracks = "laden.csv"\n{load}\n[[marker]]'
+    path.write_text(path.read_text().replace("[[marker]]", over))
+    report = calibrate_case(path, elements=300).report
+    assert alone["diagnosis"]["verdict"] == "adequate"  # one pitch goes into Young's modulus
+    moduli = [r["youngs_modulus"]["material"]["value"] for r in (report, alone)]
+    heavier = 1 + lump / body
+    assert moduli[0] / moduli[1] == pytest.approx(heavier, rel=0.1)
+    if not lump:
+        assert report["diagnosis"]["verdict"] == "adequate"
+        return
+    assert report["diagnosis"]["verdict"] == "explained"
+    (effect,) = report["diagnosis"]["effects"]
+    assert effect["name"] == "added_mass"
+    mass = effect["parameters"]["mass"]
+    assert mass["value"] == pytest.approx(lump, rel=0.2)
+    assert mass["ci95"][0] < lump < mass["ci95"][1]
+    assert report["error"]["before"] > 10 * report["error"]["after"]
+
+
 @pytest.mark.slow
 def test_a_hanging_mass_is_told_by_the_swing_that_it_leaves_alone(tmp_path):
     (tmp_path / "plain").mkdir()

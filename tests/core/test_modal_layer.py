@@ -166,7 +166,7 @@ def test_a_lump_is_found_where_it_sits_however_it_does(place, sits):
     values = (2 * np.pi * modes.frequency) ** 2
     base = compare(measured, values, one.seen(None))
     ground = SimpleNamespace(
-        body=one, data=None, measured=measured, base=base, shrink=np.ones(16), pull=None
+        body=one, data=None, measured=measured, base=base, shrink=np.ones(16), pull=None, shifts=()
     )
     first = modes.shapes.reshape(-1, 16)
     families = added_mass.families(one, lambda m, n: improved(m, first[:, :n]))
@@ -227,6 +227,16 @@ def test_a_shape_tells_a_mode_by_what_of_it_is_no_noise(noise, mode):
         pitch[[0, 2]], np.full(2, 0.003), shapes[:2], np.broadcast_to(error, (2, 12))
     )
     assert compare(measured, (2 * np.pi * pitch) ** 2, shapes).modes == (0, mode)
+
+
+@pytest.mark.parametrize(("aslant", "mode"), [(0.02, 0), (0.2, 2)])
+def test_a_lone_pitch_is_the_lowest_modes_unless_another_moves_clearly_more_like_it(aslant, mode):
+    """One marker sees three modes go upwards, the lowest a little or much aslant."""
+    shapes = np.array([[1.0, aslant], [0.0, 1.0], [0.8, 0.001]])
+    measured = Measured(
+        np.array([5.0]), np.full(1, 0.003), np.array([[1.0, 0.0]]), np.full((1, 2), 0.02)
+    )
+    assert compare(measured, np.array([1.0, 9.0, 30.0]), shapes).modes == (mode,)
 
 
 def test_a_faint_mode_far_off_its_pitch_moves_nothing():

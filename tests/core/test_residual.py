@@ -104,7 +104,9 @@ def body_of(data: Channels, pulls, shares=()) -> tuple:
     measured = SimpleNamespace(
         frequency=pitch, shapes=shapes, error=np.full(2, 0.01), together=ways
     )
-    ground = SimpleNamespace(data=data, measured=measured, damping_ratio=np.full(2, 1e-6))
+    ground = SimpleNamespace(
+        data=data, measured=measured, damping_ratio=np.full(2, 1e-6), shifts=()
+    )
     off = 0.01 * pulls + [0.01 * shares.sum(), 0.0]
     found = SimpleNamespace(
         pitch_pull=pulls,
@@ -113,6 +115,8 @@ def body_of(data: Channels, pulls, shares=()) -> tuple:
         shapes=shapes,
         read=pitch.copy(),
         folded=(),
+        shift_left=(),
+        shift_pull=(),
     )
     return SimpleNamespace(damped=declared), ground, found
 
@@ -142,6 +146,30 @@ def test_a_computed_pitch_is_forgiven_what_it_may_be_off_by_and_no_more():
     for at_once in ((2.9,), (2.9, -2.9)):
         assert body_error(*body_of(data, (0.0, 0.0), at_once)).held_out == within.held_out
     assert body_error(*body_of(data, (0.0, 0.0), (8.0,))).held_out == pytest.approx(much.held_out)
+
+
+def test_what_a_body_makes_of_another_load_counts_in_the_takes_that_have_it():
+    """Beyond what a shift of the pitches is forgiven, and in these takes only."""
+    first, *laden = (waving(name, 1.0) for name in ("first", "laden", "again"))
+    verdict, ground, found = body_of(first, (0.0, 0.0))
+    own = verdict.damped
+    own.law = SimpleNamespace(modes=2, takes=(first, *laden), fitted=[0, 1, 2], pitch=(0, 1, 1))
+    own.predicted = own.predicted * 3
+    own.pitches = lambda n: own.frequency
+    own.damping_ratios = lambda n: np.full(2, 1e-6)
+    own.shapes_of = lambda n: own.shapes
+    ground.shifts = (SimpleNamespace(take=1),)
+
+    def each(pull):
+        far = np.array([[pull, 0.0]])
+        found.shift_left, found.shift_pull = 0.01 * far, far
+        return [fit for _, _, fit in body_error(verdict, ground, found).each]
+
+    assert each(2.9) == pytest.approx([0.0, 0.0, 0.0], abs=1e-3)
+    plain, one, other = each(8.0)
+    assert plain == pytest.approx(0.0, abs=1e-3)
+    as_much = body_error(*body_of(first, (8.0, 0.0))).fit
+    assert one == pytest.approx(other) == pytest.approx(as_much, rel=0.1)
 
 
 @pytest.mark.parametrize(("held", "told"), [(0.0, True), (0.3, False)])

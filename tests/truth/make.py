@@ -112,10 +112,10 @@ def together(names: list) -> dict:
 
 
 def load_known(rng, stage, share=None) -> None:
-    """A lumped mass that the case declares."""
+    """A lumped mass that the case declares, beside those that are there."""
     node = scene.pick(rng, stage.body, 0.6, 1.0)
     mass = stage.body.weight * (share or rng.uniform(0.05, 0.25))
-    stage.loads = [(node, mass)]
+    stage.loads = [*stage.loads, (node, mass)]
     stage.body = replace(stage.body, mass=plant_body.weighted(stage.body, node, mass))
 
 
@@ -141,8 +141,7 @@ def second(rng, kind, stage, planted):
         other.amplitude = stage.amplitude * rng.uniform(0.3, 0.6)
     else:
         load_known(rng, other)
-        place = stage.body.nodes[other.loads[0][0]]
-        entry["load"] = [{"mass": other.loads[0][1], "position": place}]
+        entry["load"] = [{"mass": m, "position": stage.body.nodes[n]} for n, m in other.loads]
     return other, planted, entry
 
 
