@@ -3,6 +3,7 @@
 import ast
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from scipy.integrate import trapezoid
 from scipy.special import ellipk
 
 from tests.truth import bodies, film, forces, linear_fit, plant_body, reduced, scene, solid
+from tests.truth.make import load_known, second
 
 RUBBER = {"density": 1000.0, "poisson": 0.3}
 
@@ -239,6 +241,20 @@ def test_a_change_of_the_stuff_leaves_a_load_of_another_take_on_it(beam, name):
     heavy = replace(beam, mass=plant_body.weighted(beam, tip, 0.5 * beam.weight))
     bare, laden = (bodies.modes(change.body(change.strength, b)[0], 1)[0][0] for b in (beam, heavy))
     assert laden < 0.8 * bare
+
+
+def test_a_second_take_declares_every_load_that_is_on_its_body(beam):
+    """A take's loads stand for the case's, so that what stays on is told again."""
+    rng = np.random.default_rng(1)
+    for once in ((), (0,)):
+        stage = SimpleNamespace(body=beam, loads=[], release="pull", amplitude=1e-3)
+        for _ in once:
+            load_known(rng, stage)
+        some = (second(rng, "added_mass", stage, []) for _ in range(100))
+        other, _, entry = next(one for one in some if one)
+        more = (other.body.mass - beam.mass).sum() / 3
+        assert sum(one["mass"] for one in entry["load"]) == pytest.approx(more)
+        assert len(entry["load"]) == 1 + len(once)
 
 
 def test_a_pair_that_is_one_by_symmetry_is_damped_alike():
