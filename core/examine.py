@@ -117,15 +117,17 @@ def _is_as_declared(verdict: Verdict, ground: Ground) -> bool:
 
 
 def _may_be_near(verdict: Verdict, ground: Ground) -> bool:
-    """Whether all loud pitches, as far as they were heard, are nearly the declared body's, and no
-    more is open: what acts in time, how a load sits, with what modulus the body bears its weight.
+    """Whether all loud pitches, as far as they were heard, are nearly the declared body's, under
+    other loads too, and no more is open: what acts in time, how a load sits, with what modulus the
+    body bears its weight.
     """
     body, known = ground.body, ground.measured
     if acts(verdict.final) or body.case.takes[0].loads or body.carried:
         return False
     off = np.abs(np.log(ground.base.read / ground.base.frequency))
     near = off < np.maximum(NEARLY, UNSURE * ground.unsure)
-    return bool(near[: len(near) - known.faint].all())
+    laden = np.abs(ground.base.shift_pull) < UNSURE
+    return bool(near[: len(near) - known.faint].all() and laden.all())
 
 
 def _closely(plain, ground: Ground, heard: Heard, verdict: Verdict, stiff) -> Findings | None:

@@ -301,6 +301,10 @@ def test_a_body_is_looked_at_closely_where_loud_pitches_are_nearly_its_own(
     effects = [SimpleNamespace(name=name, layer="time") for name in acting]
     verdict = SimpleNamespace(final=SimpleNamespace(law=SimpleNamespace(effects=effects)))
     assert examine._may_be_near(verdict, there) is near
+    shifted = replace(base, shift_pull=np.array([[0.5, -2.5]]))  # as another load has it
+    assert not examine._may_be_near(verdict, replace(there, base=shifted))
+    shifted = replace(base, shift_pull=np.array([[0.5, -1.5]]))
+    assert examine._may_be_near(verdict, replace(there, base=shifted)) is near
 
 
 @pytest.mark.parametrize(
