@@ -36,22 +36,19 @@ def body_error(verdict: Verdict, ground: Ground, found: Hypothesis, alike=()) ->
     change = _bound(ground.damping_ratio, f, shapes, data) - free
     predicted = list(declared.predicted)
     predicted[index] = predicted[index] + change
-    elsewhere = dict.fromkeys(alike, declared.frequency)
-    for one, left, far in zip(ground.shifts, found.shift_left, found.shift_pull, strict=True):
-        own = law.fitted[one.take]
-        pitches = declared.pitches(one.take) * np.exp(left * _share_beyond(far))
-        elsewhere |= {i: pitches for i in law.fitted if law.pitch[i] == law.pitch[own]}
-    for i, pitches in elsewhere.items():
-        n, data = law.fitted.index(i), law.takes[i]
-        z, shapes = declared.damping_ratios(n), declared.shapes_of(n)
+    elsewhere = {i: (law.fitted.index(i), declared.frequency) for i in alike}
+    common = _beyond(np.array(found.shift_common)) * found.shift_way
+    shifted = _beyond(found.shift_pull) * found.shift_error + common
+    for one, off in zip(ground.shifts, shifted, strict=True):
+        pitches = declared.pitches(one.take) * np.exp(off)
+        own = law.pitch[law.fitted[one.take]]
+        alike = [i for i, data in enumerate(law.takes) if law.pitch[i] == own and data.fit.any()]
+        elsewhere |= dict.fromkeys(alike, (one.take, pitches))
+    for i, (n, pitches) in elsewhere.items():
+        data, z, shapes = law.takes[i], declared.damping_ratios(n), declared.shapes_of(n)
         here, there = (_bound(z, f, shapes, data) for f in (pitches, declared.pitches(n)))
         predicted[i] = predicted[i] + here - there
     return error_of(law.takes, predicted)
-
-
-def _share_beyond(pulls: np.ndarray) -> np.ndarray:
-    """(n,) what share of the pulls (n,) is not forgiven."""
-    return _beyond(pulls) / np.where(pulls == 0, 1.0, pulls)
 
 
 def _beyond(pulls: np.ndarray) -> np.ndarray:

@@ -102,16 +102,19 @@ class Hypothesis:
     sag: np.ndarray | None = None  # (C,)
     folded: tuple[int, ...] = ()  # measured modes whose pitches are read as folded
     strange: int = 0  # faint modes that are none of the body's; their pulls are the most they cost
-    # (s, K) by how much the pitches of takes with other loads are off, as logarithms, and in
-    # standard deviations
-    shift_left: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    # (s, K) standard deviations, by how much the logarithms of pitches in s takes with other loads
+    # are off beyond what all are off by at once, and these deviations themselves
     shift_pull: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    shift_error: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    shift_common: float = 0.0  # standard deviations that all are off by at once
+    shift_way: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))  # (s, K) one of these
 
     @property
     def pitch_chi2(self) -> float:
         """Misfit of the pitches, those under other loads too, and the sag."""
         pulls = self.pitch_pull @ self.pitch_pull + self.together @ self.together
-        return float(pulls + UNFOLDING * len(self.folded) + (self.shift_pull**2).sum())
+        shifts = (self.shift_pull**2).sum() + self.shift_common**2
+        return float(pulls + UNFOLDING * len(self.folded) + shifts)
 
     @property
     def pitches(self) -> np.ndarray:
@@ -126,14 +129,14 @@ def compare(measured: Measured, values, shapes, unit=None, *, most=np.inf) -> Hy
     measured one does, or where it costs more than `most`.
     """
     own = np.sqrt(np.maximum(values, 1e-300)) / (2 * np.pi)
-    best = None
+    best, limit = None, most + CHANCE  # else a lower one is passed over that a higher one must beat
     alike = _alike(measured, shapes, own)
     for first in np.flatnonzero(own <= own[:FIRST][-1] * (1 + TURNED)):  # near ones change places
         for partners in _ways(measured, own, alike, first):
-            best = _at_best_modulus(measured, own, shapes, partners, unit, most=most) or best
-            most = most if best is None else best.chi2
-        most = most if best is None else best.chi2 - CHANCE
-    return best
+            best = _at_best_modulus(measured, own, shapes, partners, unit, most=limit) or best
+            limit = limit if best is None else best.chi2
+        limit = limit if best is None else best.chi2 - CHANCE
+    return best if best is not None and best.chi2 < most else None
 
 
 def rematched(measured: Measured, values, shapes, unit, found: Hypothesis) -> Hypothesis:

@@ -35,8 +35,7 @@ def chance_of(body: Hypothesis, measured: Measured) -> float:
 def pieces(ground: Ground) -> float:
     """Pieces of what was measured of the body: a misfit of so much is chance."""
     K = len(ground.measured.frequency)
-    shifts = sum(np.isfinite(one.measured).sum() for one in ground.shifts)
-    return K * PIECES + (K - 1) + (ground.pull is not None) + int(shifts)
+    return K * PIECES + (K - 1) + (ground.pull is not None) + ground.shifted
 
 
 def least_chance(verdict: Verdict) -> float:

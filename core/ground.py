@@ -15,7 +15,7 @@ from .folds import folds_of
 from .joint import Heard
 from .law import TimeFit, replace
 from .match import PAIR
-from .other_loads import Shift, as_declared, shifts_of, told_by
+from .other_loads import Reduced, Shift, as_declared, reduced, shifts_of
 from .parameters import inflation
 from .sizes import size_slopes
 from .turned import sag_between
@@ -51,7 +51,12 @@ class Ground:
     pull: np.ndarray | None = None  # (3P,) N, the body's own weight where the sag is known
     turned: bool = False  # that is told by takes of the body turned over
     shifts: tuple[Shift, ...] = ()  # of the pitches in takes with other loads
-    laden: tuple = ((), ())  # the declared body's matrices, and what these loads add to its mass
+    with_loads: Reduced | None = None  # the declared body, as these ask for it
+
+    @property
+    def shifted(self) -> int:
+        """How many pitches under other loads are known."""
+        return int(sum(np.isfinite(one.measured).sum() for one in self.shifts))
 
     @property
     def unsure(self) -> np.ndarray:
@@ -124,12 +129,12 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         measured = parted(measured, base.modes, body.modes.frequency, (pair, middle - 1))
         base = _compared(body, data, measured, shrink) or base
     shifts = shifts_of(heard, verdict, np.broadcast_to(bias, pitches.shape)[: len(true)])
-    laden = as_declared(heard, shifts)
+    with_loads = reduced(heard, shifts)
     return Ground(
         body,
         data,
         measured,
-        told_by(shifts, base, *laden),
+        as_declared(shifts, base, with_loads),
         shrink,
         doubt=sigma,
         damping_ratio=ratios,
@@ -137,7 +142,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         pull=pull,
         turned=between is not None,
         shifts=shifts,
-        laden=laden,
+        with_loads=with_loads,
     )
 
 
@@ -172,7 +177,8 @@ def looked_at_closely(ground: Ground) -> Ground | None:
     base = _compared(ground.body, ground.data, measured, ground.shrink)
     if base is None:
         return None
-    return replace(ground, measured=measured, base=told_by(ground.shifts, base, *ground.laden))
+    base = as_declared(ground.shifts, base, ground.with_loads)
+    return replace(ground, measured=measured, base=base)
 
 
 def parted(measured: Measured, modes: tuple, own: np.ndarray, split: tuple) -> Measured:

@@ -128,7 +128,7 @@ def _wide(found: Hypothesis, ground: Ground) -> float:
 
 
 def _pieces(ground: Ground) -> float:
-    return len(ground.measured.frequency) * (1 + PIECES)
+    return len(ground.measured.frequency) * (1 + PIECES) + ground.shifted
 
 
 def _best(effect: Effect, family: Family, ground: Ground) -> Suspect | None:

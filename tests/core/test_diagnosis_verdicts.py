@@ -261,10 +261,10 @@ def test_a_known_mass_on_top_tells_one_that_nobody_declared_though_one_pitch_is_
 ):
     """Rayleigh: 33/136 of a cantilever swings with what sits at its tip."""
     body, known = 33 / 136 * 1000.0 * 0.1 * 0.015**2, 0.004
-    bare, laden = (5.0 * np.sqrt(body / (body + lump + more)) for more in (0.0, known))
-    case(tmp_path, swing(laden, 0.02, 2e-3), 120, 4)
+    bare, laden = (20.0 * np.sqrt(body / (body + lump + more)) for more in (0.0, known))
+    case(tmp_path, swing(laden, 0.02, 2e-3), 240, 2)
     (tmp_path / "tracks.csv").rename(tmp_path / "laden.csv")
-    path = case(tmp_path, swing(bare, 0.02, 2e-3), 120, 4)
+    path = case(tmp_path, swing(bare, 0.02, 2e-3), 240, 2)
     inside = "position = [0.1, 0.0075, 0.0075]"  # at half height nothing moves lengthwise
     path.write_text(path.read_text().replace("position = [0.1, 0.0075, 0.015]", inside))
     alone = calibrate_case(path, elements=300).report
@@ -286,6 +286,23 @@ def test_a_known_mass_on_top_tells_one_that_nobody_declared_though_one_pitch_is_
     assert mass["value"] == pytest.approx(lump, rel=0.2)
     assert mass["ci95"][0] < lump < mass["ci95"][1]
     assert report["error"]["before"] > 10 * report["error"]["after"]
+
+
+def test_a_known_mass_that_hangs_on_a_soft_body_is_no_other_mass(tmp_path):
+    """Its weight stiffens, too: by 1.2 times that over the length, as of a string's first half."""
+    body, known = 33 / 136 * 1000.0 * 0.1 * 0.015**2, 0.004
+    stiff = body * (2 * np.pi * 3.0) ** 2
+    laden = np.sqrt((stiff + 1.2 * known * 9.81 / 0.1) / (body + known)) / (2 * np.pi)
+    case(tmp_path, swing(laden, 0.02, 2e-3), 120, 4)
+    (tmp_path / "tracks.csv").rename(tmp_path / "laden.csv")
+    path = case(tmp_path, swing(3.0, 0.02, 2e-3), 120, 4)
+    load = f"load = [{{ mass = {known}, position = [0.1, 0.0075, 0.0075] }}]"
+    over = f'[[take]]\ntracks = "laden.csv"\n{load}\n[[marker]]'
+    text = path.read_text().replace("density", "gravity = [9.81, 0, 0]\ndensity")
+    text = text.replace("position = [0.1, 0.0075, 0.015]", "position = [0.1, 0.0075, 0.0075]")
+    path.write_text(text.replace("[[marker]]", over))
+    report = calibrate_case(path, elements=300).report
+    assert report["diagnosis"]["verdict"] == "adequate"
 
 
 @pytest.mark.slow

@@ -115,8 +115,10 @@ def body_of(data: Channels, pulls, shares=()) -> tuple:
         shapes=shapes,
         read=pitch.copy(),
         folded=(),
-        shift_left=(),
-        shift_pull=(),
+        shift_pull=np.zeros((0, 2)),
+        shift_error=np.zeros((0, 2)),
+        shift_common=0.0,
+        shift_way=np.zeros((0, 2)),
     )
     return SimpleNamespace(damped=declared), ground, found
 
@@ -148,12 +150,13 @@ def test_a_computed_pitch_is_forgiven_what_it_may_be_off_by_and_no_more():
     assert body_error(*body_of(data, (0.0, 0.0), (8.0,))).held_out == pytest.approx(much.held_out)
 
 
-def test_what_a_body_makes_of_another_load_counts_in_the_takes_that_have_it():
-    """Beyond what a shift of the pitches is forgiven, and in these takes only."""
+@pytest.mark.parametrize("how", ["by itself", "as all are"])
+def test_what_a_body_makes_of_another_load_counts_in_the_takes_that_have_it(how):
+    """Beyond what a shift of the pitches is forgiven, and in these takes only, fitted or not."""
     first, *laden = (waving(name, 1.0) for name in ("first", "laden", "again"))
     verdict, ground, found = body_of(first, (0.0, 0.0))
     own = verdict.damped
-    own.law = SimpleNamespace(modes=2, takes=(first, *laden), fitted=[0, 1, 2], pitch=(0, 1, 1))
+    own.law = SimpleNamespace(modes=2, takes=(first, *laden), fitted=[0, 1], pitch=(0, 1, 1))
     own.predicted = own.predicted * 3
     own.pitches = lambda n: own.frequency
     own.damping_ratios = lambda n: np.full(2, 1e-6)
@@ -161,8 +164,10 @@ def test_what_a_body_makes_of_another_load_counts_in_the_takes_that_have_it():
     ground.shifts = (SimpleNamespace(take=1),)
 
     def each(pull):
-        far = np.array([[pull, 0.0]])
-        found.shift_left, found.shift_pull = 0.01 * far, far
+        one = np.array([[1.0, 0.0]])
+        alone, common = (pull, 0.0) if how == "by itself" else (0.0, pull)
+        found.shift_pull, found.shift_error = alone * one, 0.01 * np.ones((1, 2))
+        found.shift_common, found.shift_way = common, 0.01 * one
         return [fit for _, _, fit in body_error(verdict, ground, found).each]
 
     assert each(2.9) == pytest.approx([0.0, 0.0, 0.0], abs=1e-3)
