@@ -20,7 +20,7 @@ from .parameters import inflation
 from .sizes import size_slopes
 from .turned import sag_between
 from .twins import bent, creeps, handed_on, softer, twins
-from .unmatched import LOUD, acts, further_modes, of_the_body, unfolded_mode
+from .unmatched import acts, further_modes, is_loud, of_the_body, unfolded_mode
 from .verdict import Verdict
 
 CLOSE_FLOOR = 0.0007  # as PITCH_FLOOR, where what all pitches are off by at once is told apart
@@ -73,7 +73,8 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     body = heard.body
     further = [unfolded_mode(one, body.seen(data), heard, final) for one in further_modes(verdict)]
     further = of_the_body(further, body.seen(data), heard, final)
-    further = sorted(further, key=lambda one: one.loud <= LOUD)  # the faint ones last
+    loud = [one for one in further if is_loud(one, heard, final)]
+    further = [*loud, *(one for one in further if one not in loud)]
     model_error = sigma[list(heard.match.modes)]
     model_error = np.r_[model_error, np.full(len(further), sigma.max())]
     at = [*range(final.law.modes), *(one.at for one in further)]
@@ -118,7 +119,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         sag,
         softer(final)[0],
         max(CREPT, settled) if creeps(verdict) else settled,
-        sum(one.loud <= LOUD for one in further),
+        len(further) - len(loud),
         folds=folds_of(pitches, ratios, 1 / data.frame, (0, final.loudest)),
     )
     shrink = 1 / (1 + stiff)

@@ -17,7 +17,9 @@ from .verdict import Verdict
 
 HARMLESS = ("lost_frames", "tracker_drift")  # once told, they leave nothing of themselves
 ADDED = ("relaxation", "steady_drive")  # linear: modes swing beside them as they would without
-LOUD = 0.1  # of the strongest mode's motion, rms, from which one that was not matched counts
+LOUD = 0.3  # of the strongest mode's motion, rms, from which one that was not matched counts
+ALOUD = 0.1  # the same where it has a pitch of the body, and moves otherwise
+THEIRS = 0.05  # relative, of a computed pitch, within which it has that
 OWN = 0.4  # likeness to a computed mode from which a fainter one does too
 REACH = 0.9  # of the highest computed pitch, up to which the body's modes are known
 FOLDS = 3  # times the rate of the frames, by which a high mode may be seen folded down
@@ -78,6 +80,21 @@ def unfolded_mode(one: FurtherMode, seen: np.ndarray, heard: Heard, final: TimeF
     return replace(one, frequency=true, damping_ratio=z * one.frequency / true)
 
 
+def is_loud(one: FurtherMode, heard: Heard, final: TimeFit) -> bool:
+    """Whether it counts however it moves: what has the pitch of a mode that was not matched is no
+    loose part, and does so sooner.
+    """
+    free = np.delete(_computed(heard, final), list(heard.match.modes))
+    theirs = (np.abs(np.log(one.frequency / free)) < THEIRS).any()
+    return bool(one.loud > (ALOUD if theirs else LOUD))
+
+
+def _computed(heard: Heard, final: TimeFit) -> np.ndarray:
+    """(m,) Hz of the body's modes, by the pitch of the strongest one."""
+    own = heard.body.modes.frequency
+    return own * true_frequency(heard, final)[0] / own[heard.match.modes[0]]
+
+
 def of_the_body(
     further: list[FurtherMode], seen: np.ndarray, heard: Heard, final: TimeFit
 ) -> list[FurtherMode]:
@@ -89,12 +106,11 @@ def of_the_body(
     """
     size = np.linalg.norm(seen, axis=1)
     free = [j for j in np.flatnonzero(size > UNSEEN * size.max()) if j not in heard.match.modes]
-    own = heard.body.modes.frequency
-    computed = own * true_frequency(heard, final)[0] / own[heard.match.modes[0]]
+    own, computed = heard.body.modes.frequency, _computed(heard, final)
     rate = 1 / final.law.takes[final.law.fitted[0]].frame
 
     def tells(one):
-        if one.loud > LOUD:
+        if is_loud(one, heard, final):
             return True
         return one.frequency < REACH * computed.max() and any(
             _moves_as(one.shape, seen, own, j, len(free))

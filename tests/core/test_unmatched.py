@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from core import stranger
-from core.unmatched import LOUD, FurtherMode, of_the_body, unfolded_mode
+from core.unmatched import ALOUD, LOUD, FurtherMode, of_the_body, unfolded_mode
 
 
 def heard(rate=1000.0):
@@ -37,6 +37,15 @@ def test_a_faint_mode_tells_of_the_body_where_it_moves_as_one_of_its_own(shape, 
     shape = np.r_[shape, np.zeros(4 - len(shape))]
     one = FurtherMode(7.0, 0.02, shape, 1e-3, loud, 4)
     assert told([one], np.eye(3, 4), heard()) == ([one] if tells else [])
+
+
+@pytest.mark.parametrize(("pitch", "least"), [(7.0, LOUD), (8.2, ALOUD), (4.9, ALOUD)])
+def test_what_has_the_pitch_of_a_mode_and_moves_otherwise_counts_sooner(pitch, least):
+    """The body's other modes lie at 5 and 8 Hz."""
+    shape = np.array([0.4, 0.4, 0.4, 1.0])
+    for loud, tells in ((0.9 * least, False), (1.1 * least, True)):
+        one = FurtherMode(pitch, 0.02, shape, 1e-3, loud, 4)
+        assert told([one], np.eye(3, 4), heard()) == ([one] if tells else [])
 
 
 @pytest.mark.parametrize(
