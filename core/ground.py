@@ -129,7 +129,7 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     if middle != 1:
         measured = parted(measured, base.modes, body.modes.frequency, (pair, middle - 1))
         base = _compared(body, data, measured, shrink) or base
-    shifts = shifts_of(heard, verdict, np.broadcast_to(bias, pitches.shape)[: len(true)])
+    shifts = shifts_of(heard, verdict, base, np.broadcast_to(bias, pitches.shape)[: len(true)])
     with_loads = reduced(heard, shifts)
     return Ground(
         body,

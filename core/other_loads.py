@@ -1,5 +1,5 @@
-"""What takes with other loads tell of the body: a known mass moves its pitches by what that is of
-all that swings there, whatever Young's modulus is.
+"""What takes with other loads tell of the body: a known mass lowers its strongest mode's pitch by
+what that is of all that swings there, whatever Young's modulus is.
 
 Law         K x = λ (M + ΔM) x beside K x = λ M x, ΔM the loads of one take less those of the first
 Source      Parloo, Verboven, Guillaume, Van Overmeire, Mech. Syst. Signal Process. 16 (2002) 757
@@ -17,7 +17,7 @@ from .camera_layer import true_frequency
 from .compare import Hypothesis
 from .effects.base import reduced_basis
 from .joint import Heard
-from .match import TURNED
+from .match import PAIR, TURNED
 from .parameters import inflation
 from .seat import on_narrow_feet
 from .verdict import Verdict
@@ -51,10 +51,15 @@ class Reduced:
     added: tuple[np.ndarray, ...]  # (r, r) kg per shift
 
 
-def shifts_of(heard: Heard, verdict: Verdict, bias: np.ndarray | float = 0.0) -> tuple[Shift, ...]:
-    """The shifts of all fitted takes with other loads than the first one; `bias`: relative, by how
-    much a pitch may be off beside its own spread. None where the weight is in the stiffness, or
-    another way up.
+def shifts_of(
+    heard: Heard, verdict: Verdict, found: Hypothesis, bias: np.ndarray | float = 0.0
+) -> tuple[Shift, ...]:
+    """The shifts of all fitted takes with other loads than the first one, of the strongest mode:
+    which of the others is which under another load is less sure. None where the weight is in the
+    stiffness, or another way up.
+
+    found: of the declared body; bias: relative, by how much a pitch may be off beside its own
+    spread.
     """
     final, first = verdict.final, heard.body
     law, K = final.law, final.law.modes
@@ -62,6 +67,8 @@ def shifts_of(heard: Heard, verdict: Verdict, bias: np.ndarray | float = 0.0) ->
     if first.carried is not None or None in heard.match.modes:
         return ()
     modes, true = list(heard.match.modes), true_frequency(heard, final)
+    one, other = first.modes.frequency[[modes[0], found.modes[0]]]
+    same = abs(np.log(one / other)) < PAIR
     spread = np.maximum(np.diag(final.covariance), 0) * inflation(final)
     out, own, seen = [], 2 * K * law.pitch[start], {law.pitch[start]}
     for n, i in enumerate(law.fitted):
@@ -82,7 +89,7 @@ def shifts_of(heard: Heard, verdict: Verdict, bias: np.ndarray | float = 0.0) ->
         error = error + np.square(seat).sum(axis=0) + _borne(first, added, modes, true) ** 2
         most = true * np.maximum(1, there.modes.frequency / first.modes.frequency)[modes]
         folds = (true != final.pitches(0)) | (most > 0.5 / heard.takes[i].frame)
-        known = ~folds & _stays(there, first, modes)
+        known = ~folds & _stays(there, first, modes) & (np.arange(K) == 0) & same
         measured = np.log(final.pitches(n) / final.pitches(0))
         out.append(Shift(n, np.where(known, measured, np.nan), np.sqrt(error), added))
     return tuple(out)
@@ -106,13 +113,16 @@ def _borne(body: Body, added, modes: list[int], pitch: np.ndarray) -> np.ndarray
 
 
 def _stays(there: Body, first: Body, modes: list[int]) -> np.ndarray:
-    """(K,) bool: whether these modes of the first body are much the same under the load."""
+    """(K,) bool: whether these modes of the first body are much the same under the load, where
+    they have the same numbers.
+    """
     size = first.model.mass.shape[0]
     own, laden = (body.modes.shapes.reshape(size, -1) for body in (first, there))
     heavy = first.model.mass @ laden
     alike = (heavy.T @ own[:, modes]) ** 2 / (laden * heavy).sum(axis=0)[:, None]
     near = _near(there.modes.frequency**2, alike)
-    return (alike * near).sum(axis=0) > SAME
+    matched = near[modes, range(len(modes))]
+    return matched & ((alike * near).sum(axis=0) > SAME)
 
 
 def reduced(heard: Heard, shifts: tuple[Shift, ...]) -> Reduced | None:

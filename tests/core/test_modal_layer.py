@@ -166,7 +166,14 @@ def test_a_lump_is_found_where_it_sits_however_it_does(place, sits):
     values = (2 * np.pi * modes.frequency) ** 2
     base = compare(measured, values, one.seen(None))
     ground = SimpleNamespace(
-        body=one, data=None, measured=measured, base=base, shrink=np.ones(16), pull=None, shifts=()
+        body=one,
+        data=None,
+        measured=measured,
+        base=base,
+        shrink=np.ones(16),
+        pull=None,
+        shifts=(),
+        shifted=0,
     )
     first = modes.shapes.reshape(-1, 16)
     families = added_mass.families(one, lambda m, n: improved(m, first[:, :n]))
