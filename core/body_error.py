@@ -42,8 +42,8 @@ def body_error(verdict: Verdict, ground: Ground, found: Hypothesis, alike=()) ->
     for one, off in zip(ground.shifts, shifted, strict=True):
         pitches = declared.pitches(one.take) * np.exp(off)
         own = law.pitch[law.fitted[one.take]]
-        alike = [i for i, data in enumerate(law.takes) if law.pitch[i] == own and data.fit.any()]
-        elsewhere |= dict.fromkeys(alike, (one.take, pitches))
+        laden = [i for i, data in enumerate(law.takes) if law.pitch[i] == own and data.fit.any()]
+        elsewhere |= dict.fromkeys(laden, (one.take, pitches))
     for i, (n, pitches) in elsewhere.items():
         data, z, shapes = law.takes[i], declared.damping_ratios(n), declared.shapes_of(n)
         here, there = (_bound(z, f, shapes, data) for f in (pitches, declared.pitches(n)))

@@ -20,9 +20,9 @@ from .joint import Heard
 from .match import PAIR, TURNED
 from .parameters import inflation
 from .seat import on_narrow_feet
+from .turned import FLOOR
 from .verdict import Verdict
 
-FLOOR = 0.001  # relative error of a shift of pitch that no fit sees: a warmer room, another hold
 WHOLE = 0.05  # of every computed shift at once: the body's own mass
 PLACED = 0.02  # of a take's largest one: where its load is
 SAME = 0.6  # share of a mode's energy that is left of it under the load

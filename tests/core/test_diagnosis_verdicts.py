@@ -255,6 +255,7 @@ def test_a_body_that_stands_and_hangs_tells_its_weight_though_one_pitch_is_heard
     assert report["error"]["before"] > 10 * report["error"]["after"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lump", [0.0, 0.005])
 def test_a_known_mass_on_top_tells_one_that_nobody_declared_though_one_pitch_is_heard(
     tmp_path, lump
@@ -288,6 +289,7 @@ def test_a_known_mass_on_top_tells_one_that_nobody_declared_though_one_pitch_is_
     assert report["error"]["before"] > 10 * report["error"]["after"]
 
 
+@pytest.mark.slow
 def test_a_known_mass_that_hangs_on_a_soft_body_is_no_other_mass(tmp_path):
     """Its weight stiffens, too: by 1.2 times that over the length, as of a string's first half."""
     body, known = 33 / 136 * 1000.0 * 0.1 * 0.015**2, 0.004
