@@ -4,9 +4,9 @@ import numpy as np
 
 from .compare import Hypothesis
 from .ground import Ground
+from .law import TimeFit
 from .match import mac
 from .residual import Error, error_of
-from .verdict import Verdict
 
 BENT = 0.95  # MAC below which a computed shape is not the measured one
 SHOWN = 1.5  # times the error of free modes, from which the body's pitches and shapes show
@@ -14,16 +14,16 @@ MENDED = 0.8  # of the declared body's error, held out or fitted, that is left a
 PULLED = 3.0  # standard deviations that a computed pitch is forgiven: it may be off by so much
 
 
-def body_error(verdict: Verdict, ground: Ground, found: Hypothesis, alike=()) -> Error:
-    """Of the time layer's declared fit with the body's pitches and shapes.
+def body_error(fit: TimeFit, ground: Ground, found: Hypothesis, alike=()) -> Error:
+    """Of a fit of the time layer, the declared one or another, with the body's pitches and shapes.
 
     alike: numbers of further takes, in which that body rings as in the first one.
     """
-    declared = verdict.damped
-    law, data = declared.law, ground.data
+    law, data = fit.law, ground.data
     K, loud = law.modes, ground.measured
-    own = np.r_[declared.frequency, loud.frequency[K:]]
-    heard = np.vstack([declared.shapes, loud.shapes[K:]])
+    own = np.r_[fit.frequency, loud.frequency[K:]]
+    heard = np.vstack([fit.shapes, loud.shapes[K:]])
+    damping_ratio = np.r_[fit.damping_ratio, ground.damping_ratio[K:]]
     pulls = found.pitch_pull[: len(found.frequency)]
     together = _beyond(found.together) @ loud.together[:, : len(pulls)]
     off = np.exp(-_beyond(pulls) * loud.error - together)
@@ -32,21 +32,19 @@ def body_error(verdict: Verdict, ground: Ground, found: Hypothesis, alike=()) ->
     bent = np.array([mac(a, b) < BENT for a, b in zip(found.shapes, heard, strict=True)])
     shapes = np.where(bent[:, None], found.shapes, heard)
     index = law.fitted[0]
-    free = _bound(ground.damping_ratio, own, heard, data)
-    change = _bound(ground.damping_ratio, f, shapes, data) - free
-    predicted = list(declared.predicted)
+    free = _bound(damping_ratio, own, heard, data)
+    change = _bound(damping_ratio, f, shapes, data) - free
+    predicted = list(fit.predicted)
     predicted[index] = predicted[index] + change
-    elsewhere = {i: (law.fitted.index(i), declared.frequency) for i in alike}
-    common = _beyond(np.array(found.shift_common)) * found.shift_way
-    shifted = _beyond(found.shift_pull) * found.shift_error + common
-    for one, off in zip(ground.shifts, shifted, strict=True):
-        pitches = declared.pitches(one.take) * np.exp(off)
+    elsewhere = {i: (law.fitted.index(i), fit.frequency) for i in alike}
+    for one, off in zip(ground.shifts, found.shifts.beyond(_beyond), strict=True):
+        pitches = fit.pitches(one.take) * np.exp(off)
         own = law.pitch[law.fitted[one.take]]
         laden = [i for i, data in enumerate(law.takes) if law.pitch[i] == own and data.fit.any()]
         elsewhere |= dict.fromkeys(laden, (one.take, pitches))
     for i, (n, pitches) in elsewhere.items():
-        data, z, shapes = law.takes[i], declared.damping_ratios(n), declared.shapes_of(n)
-        here, there = (_bound(z, f, shapes, data) for f in (pitches, declared.pitches(n)))
+        data, z, shapes = law.takes[i], fit.damping_ratios(n), fit.shapes_of(n)
+        here, there = (_bound(z, f, shapes, data) for f in (pitches, fit.pitches(n)))
         predicted[i] = predicted[i] + here - there
     return error_of(law.takes, predicted)
 

@@ -8,7 +8,7 @@ and Hilbert, Methods of Mathematical Physics I, V.13), so a mode may hold some o
 which costs the more the further they lie apart.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -85,6 +85,28 @@ class Measured:
 
 
 @dataclass(frozen=True, eq=False)
+class ShiftsLeft:
+    """By how much logarithms of pitches in s takes with other loads are off."""
+
+    pull: np.ndarray  # (s, K) standard deviations, beyond what all are off by at once
+    error: np.ndarray  # (s, K) these deviations themselves
+    common: float  # standard deviations that all are off by at once
+    way: np.ndarray  # (s, K) one of these
+
+    @property
+    def chi2(self) -> float:
+        """Misfit of all of them."""
+        return float((self.pull**2).sum()) + self.common**2
+
+    def beyond(self, forgive) -> np.ndarray:
+        """(s, K) what each is off by where standard deviations are forgiven."""
+        return forgive(self.pull) * self.error + forgive(np.array(self.common)) * self.way
+
+
+NO_SHIFTS = ShiftsLeft(np.zeros((0, 0)), np.zeros((0, 0)), 0.0, np.zeros((0, 0)))
+
+
+@dataclass(frozen=True, eq=False)
 class Hypothesis:
     """One body against the measurements, at its best Young's modulus."""
 
@@ -102,19 +124,13 @@ class Hypothesis:
     sag: np.ndarray | None = None  # (C,)
     folded: tuple[int, ...] = ()  # measured modes whose pitches are read as folded
     strange: int = 0  # faint modes that are none of the body's; their pulls are the most they cost
-    # (s, K) standard deviations, by how much the logarithms of pitches in s takes with other loads
-    # are off beyond what all are off by at once, and these deviations themselves
-    shift_pull: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
-    shift_error: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
-    shift_common: float = 0.0  # standard deviations that all are off by at once
-    shift_way: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))  # (s, K) one of these
+    shifts: ShiftsLeft = NO_SHIFTS
 
     @property
     def pitch_chi2(self) -> float:
         """Misfit of the pitches, those under other loads too, and the sag."""
         pulls = self.pitch_pull @ self.pitch_pull + self.together @ self.together
-        shifts = (self.shift_pull**2).sum() + self.shift_common**2
-        return float(pulls + UNFOLDING * len(self.folded) + shifts)
+        return float(pulls + UNFOLDING * len(self.folded) + self.shifts.chi2)
 
     @property
     def pitches(self) -> np.ndarray:

@@ -3,11 +3,12 @@
 import numpy as np
 from scipy.stats import chi2 as chi2_law
 
-from .body_error import SHOWN, body_error
+from .body_error import SHOWN, body_error, mends
 from .compare import PIECES, Hypothesis, Measured
 from .ground import Ground, moved
+from .law import TimeFit
 from .modal_layer import Suspect
-from .residual import errors
+from .residual import Error, errors
 from .sufficiency import gained
 from .twins import creeps
 from .unmatched import ADDED, acts
@@ -24,7 +25,7 @@ CLEAR = 6.0  # misfit per piece above which no known effect is a finding in itse
 def chance_of(body: Hypothesis, measured: Measured) -> float:
     """That a body as this one shows its pitches so far off, or its sag alone beside them."""
     pull, K = body.pitch_pull, len(measured.frequency)
-    known = len(pull) - 1 + np.count_nonzero(body.shift_pull)
+    known = len(pull) - 1 + np.count_nonzero(body.shifts.pull)
     whole = chi2_law.sf(body.pitch_chi2, max(known, 1))
     if len(pull) == K:
         return float(whole)
@@ -61,7 +62,7 @@ def moves_otherwise(verdict: Verdict, ground: Ground) -> bool:
     """
     if acts(verdict.final) or ground.base.chi2 < CLEAR * pieces(ground):
         return False
-    return any(body_error(verdict, ground, ground.base).over(errors(verdict.damped), SHOWN))
+    return any(body_error(verdict.damped, ground, ground.base).over(errors(verdict.damped), SHOWN))
 
 
 def is_able(one: Suspect, ground: Ground) -> bool:
@@ -86,3 +87,28 @@ def mends_all(one: Suspect, base: Hypothesis, measured: Measured) -> bool:
     """
     clear = one.evidence > 2 * EVIDENCE and one.hypothesis.strange <= base.strange
     return clear and chance_of(one.hypothesis, measured) > FITS
+
+
+def bends(final: TimeFit) -> bool:
+    """Whether what acts may change shapes and pitches, too: all but what acts on every mode in its
+    own shape, as drag and a stiffness that drifts do.
+    """
+    acting = [e for e in final.law.effects if e.layer in ("time", "camera")]
+    return any(e.acceleration is None for e in acting)
+
+
+def judged(verdict: Verdict, ground: Ground, best: Suspect | None, alike) -> tuple[tuple, tuple]:
+    """Errors with the best change of the body, as it is declared, and of free modes: in the
+    declared fit's terms, and in those that decide. Modes that were bent show little of what the
+    body's own are off by, so a change that mends all of these is also held against the final fit.
+    """
+
+    def in_terms_of(fit: TimeFit) -> tuple[Error | None, Error, Error]:
+        with_it = best and body_error(fit, ground, best.hypothesis)
+        return with_it, body_error(fit, ground, ground.base, alike), errors(fit)
+
+    seen = in_terms_of(verdict.damped)
+    hidden = best and not mends(*seen) and bends(verdict.final)
+    if not hidden or not mends_all(best, ground.base, ground.measured):
+        return seen, seen
+    return seen, in_terms_of(verdict.final)

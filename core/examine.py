@@ -5,14 +5,16 @@ from dataclasses import replace
 import numpy as np
 
 from .body import Body
-from .body_error import body_error, leaves, mends, misleads
+from .body_error import leaves, mends, misleads
 from .camera_layer import camera_effects
 from .doubt import (
     CLEAR,
     DOUBT,
     EVIDENCE,
+    bends,
     chance_of,
     is_able,
+    judged,
     least_chance,
     mends_all,
     moves_otherwise,
@@ -22,7 +24,6 @@ from .effects import MODAL_EFFECTS, added_mass, base_motion, gravity_preload
 from .findings import Findings
 from .ground import Ground, ground_of, looked_at_closely
 from .joint import Heard
-from .law import TimeFit
 from .match import PAIR
 from .modal_layer import Suspect, suspects
 from .residual import FAR_OFF, Error, errors, strays
@@ -126,7 +127,7 @@ def _may_be_near(verdict: Verdict, ground: Ground) -> bool:
         return False
     off = np.abs(np.log(ground.base.read / ground.base.frequency))
     near = off < np.maximum(NEARLY, UNSURE * ground.unsure)
-    laden = np.abs(ground.base.shift_pull) < UNSURE
+    laden = np.abs(ground.base.shifts.pull) < UNSURE
     return bool(near[: len(near) - known.faint].all() and laden.all())
 
 
@@ -158,7 +159,7 @@ def _otherwise(plain, ground: Ground, heard: Heard, verdict: Verdict, stiff) -> 
     if not known_apart and (not fits or verdict.verdict == "unexplained"):
         return plain
     mended = able and mends_all(able[0], ground.base, ground.measured)
-    mended = mended and not _bends(verdict.final)  # which may have bent what it mends
+    mended = mended and not bends(verdict.final)  # which may have bent what it mends
     if chance > least_chance(verdict) and not otherwise and not mended:
         return _unsure(plain, [(s.effect.name, _as_found(s, plain, heard, stiff)) for s in able])
     return _changed(plain, ground, verdict, (able, ranked), heard, stiff)
@@ -200,18 +201,18 @@ def _changed(plain, ground: Ground, verdict: Verdict, known, heard: Heard, stiff
     base, (able, ranked) = ground.base, known
     best = able[0] if able else None
     weight = best is not None and best.effect.name == gravity_preload.EFFECT.name
-    before = body_error(verdict, ground, base, all_turned(heard, verdict.final) if weight else ())
-    with_it = best and body_error(verdict, ground, best.hypothesis)
+    alike = all_turned(heard, verdict.final) if weight else ()
+    seen, decides = judged(verdict, ground, best, alike)
+    with_it, before, _ = seen
     misfit = (base.pitch_chi2, float(base.shape_chi2.sum()))
-    free = errors(verdict.damped)
-    mended = bool(best) and mends(with_it, before, free)
+    mended = bool(best) and mends(*decides)
     if not mended and base.chi2 < CLEAR * pieces(ground):
         line = f"{DIFFERS} no known effect mends that."
         return _unless_strange(replace(plain, warnings=[*plain.warnings, line]), verdict, ground)
-    if not best or misleads(with_it, before, free):
+    if not best or misleads(*decides):
         return replace(plain, verdict="unexplained", before=before, misfit=misfit, doubtful=True)
-    left = leaves(with_it, before, free)
-    clear = verdict.verdict != "unexplained" or _outweighs(before, free, verdict)
+    left = leaves(*decides)
+    clear = verdict.verdict != "unexplained" or _outweighs(*decides[1:], verdict)
     clear = clear and _in_time(verdict, mended) < MANY  # so many together tell anything
     astray = strays(verdict.final, ASTRAY if best.effect.nonlinear else FAR_OFF)
     fits = left <= LEFT and best.hypothesis.chi2 < CLEAR * pieces(ground)
@@ -306,14 +307,6 @@ def _turned_over(ground: Ground, heard: Heard, verdict: Verdict) -> list[Suspect
         return []
     others = [effect.name for effect in MODAL_EFFECTS if effect.name != weight]
     return [s for s in _weighed(suspects(ground, others), heard, verdict) if s.evidence > EVIDENCE]
-
-
-def _bends(final: TimeFit) -> bool:
-    """Whether what acts may change shapes and pitches, too: all but what acts on every mode in its
-    own shape, as drag and a stiffness that drifts do.
-    """
-    acting = [e for e in final.law.effects if e.layer in ("time", "camera")]
-    return any(e.acceleration is None for e in acting)
 
 
 def _no_suspects(body: Body) -> list[str]:

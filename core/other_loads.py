@@ -14,13 +14,12 @@ from scipy.linalg import eigh
 
 from .body import Body
 from .camera_layer import true_frequency
-from .compare import Hypothesis
+from .compare import Hypothesis, ShiftsLeft
 from .effects.base import reduced_basis
 from .joint import Heard
 from .match import PAIR, TURNED
-from .parameters import inflation
 from .seat import on_narrow_feet
-from .turned import FLOOR
+from .turned import shift_of
 from .verdict import Verdict
 
 WHOLE = 0.05  # of every computed shift at once: the body's own mass
@@ -69,11 +68,10 @@ def shifts_of(
     modes, true = list(heard.match.modes), true_frequency(heard, final)
     one, other = first.modes.frequency[[modes[0], found.modes[0]]]
     same = abs(np.log(one / other)) < PAIR
-    spread = np.maximum(np.diag(final.covariance), 0) * inflation(final)
-    out, own, seen = [], 2 * K * law.pitch[start], {law.pitch[start]}
+    out, seen = [], {law.pitch[start]}
     for n, i in enumerate(law.fitted):
         there, take = heard.bodies[heard.condition[i]], heard.takes[i].take
-        added, at = there.model.mass - first.model.mass, 2 * K * law.pitch[i]
+        added = there.model.mass - first.model.mass
         if (
             law.pitch[i] in seen
             or not abs(added).max()
@@ -85,12 +83,13 @@ def shifts_of(
             on_narrow_feet(body, one.take.loads)[modes] / 2
             for body, one in ((first, heard.takes[start]), (there, heard.takes[i]))
         ]
-        error = spread[at : at + K] + spread[own : own + K] + FLOOR**2 + bias**2
-        error = error + np.square(seat).sum(axis=0) + _borne(first, added, modes, true) ** 2
+        measured, error = shift_of(final, n)
+        error = (
+            error + bias**2 + np.square(seat).sum(axis=0) + _borne(first, added, modes, true) ** 2
+        )
         most = true * np.maximum(1, there.modes.frequency / first.modes.frequency)[modes]
         folds = (true != final.pitches(0)) | (most > 0.5 / heard.takes[i].frame)
         known = ~folds & _stays(there, first, modes) & (np.arange(K) == 0) & same
-        measured = np.log(final.pitches(n) / final.pitches(0))
         out.append(Shift(n, np.where(known, measured, np.nan), np.sqrt(error), added))
     return tuple(out)
 
@@ -167,14 +166,11 @@ def told_by(
     own = np.array([one.error for one in shifts])
     error = np.sqrt(own**2 + (PLACED * most) ** 2 + parted**2)
     common = float((way * off / error**2).sum() / (1 + (way**2 / error**2).sum()))
-    pull = (off - common * way) / error
+    left = ShiftsLeft((off - common * way) / error, error, common, way)
     return replace(
         found,
-        chi2=found.chi2 + float((pull**2).sum()) + common**2,
-        shift_pull=pull,
-        shift_error=error,
-        shift_common=common,
-        shift_way=way,
+        chi2=found.chi2 + left.chi2,
+        shifts=left,
     )
 
 

@@ -32,7 +32,7 @@ def ranking(ranked: list[Suspect], verdict: Verdict, ground: Ground) -> list[dic
     return [
         {
             "name": s.effect.name,
-            "held_out": body_error(verdict, ground, s.hypothesis).held_out,
+            "held_out": body_error(verdict.damped, ground, s.hypothesis).held_out,
             "probability": p,
         }
         for s, p in zip(ranked, _chances(ranked), strict=True)

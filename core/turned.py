@@ -22,20 +22,26 @@ def weighs(heard: Heard, found: TimeFit, modulus: float) -> float:
     """Gain in chi2 of the body whose weight is in its stiffness, at that Young's modulus (Pa), over
     one that rings alike whichever way up it is; 0 where no take shows it another way up.
     """
-    law, takes = found.law, heard.body.case.takes
-    first, K = law.fitted[0], law.modes
-    gain, own = 0.0, slice(2 * K * law.pitch[first], 2 * K * law.pitch[first] + K)
-    for pitch, i in turned(heard, found).items():
-        other = slice(2 * K * pitch, 2 * K * pitch + K)
-        shift = found.parameters[other] - found.parameters[own]
-        spread = np.diag(found.covariance)
-        error = (spread[other] + spread[own]) * inflation(found) + FLOOR**2
-        foretold = _foretold(heard, takes[first], takes[i], modulus)
+    law, takes, gain = found.law, heard.body.case.takes, 0.0
+    for i in turned(heard, found).values():
+        shift, error = shift_of(found, law.fitted.index(i))
+        foretold = _foretold(heard, takes[law.fitted[0]], takes[i], modulus)
         if foretold is None:
             continue
         error = error + (UNSURE * foretold) ** 2
         gain += float(((shift**2 - (shift - foretold) ** 2) / error).sum())
     return gain
+
+
+def shift_of(found: TimeFit, take: int) -> tuple[np.ndarray, np.ndarray]:
+    """(K,) logarithm of the pitches in the fitted take of that number over those in the first one,
+    and (K,) its variance, with what no fit sees.
+    """
+    law, K = found.law, found.law.modes
+    own, other = (2 * K * law.pitch[law.fitted[n]] + np.arange(K) for n in (0, take))
+    spread = np.maximum(np.diag(found.covariance), 0.0) * inflation(found)
+    shift = found.parameters[other] - found.parameters[own]
+    return shift, spread[other] + spread[own] + FLOOR**2
 
 
 def turned(heard: Heard, found: TimeFit) -> dict[int, int]:

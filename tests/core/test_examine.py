@@ -8,13 +8,14 @@ import pytest
 
 from core import doubt, examine, modulus
 from core import ground as ground_file
-from core.compare import Measured, compare
+from core.compare import NO_SHIFTS, Measured, compare
 from core.doubt import DOUBT, EVIDENCE, is_able, mends_all
 from core.effects import added_mass, compliant_pin, graded_stiffness, gravity_preload
 from core.examine import _as_declared, _in_time, _turned_over, _unsure
 from core.findings import Findings
 from core.ground import Ground, looked_at_closely
 from core.modal_layer import Suspect
+from core.residual import Error
 from core.tell_change import body_lines, sag_lines, sag_span
 
 PITCH = np.array([3.0, 7.0, 11.0])
@@ -301,9 +302,11 @@ def test_a_body_is_looked_at_closely_where_loud_pitches_are_nearly_its_own(
     effects = [SimpleNamespace(name=name, layer="time") for name in acting]
     verdict = SimpleNamespace(final=SimpleNamespace(law=SimpleNamespace(effects=effects)))
     assert examine._may_be_near(verdict, there) is near
-    shifted = replace(base, shift_pull=np.array([[0.5, -2.5]]))  # as another load has it
+    shifted = replace(
+        base, shifts=replace(NO_SHIFTS, pull=np.array([[0.5, -2.5]]))
+    )  # as another load has it
     assert not examine._may_be_near(verdict, replace(there, base=shifted))
-    shifted = replace(base, shift_pull=np.array([[0.5, -1.5]]))
+    shifted = replace(base, shifts=replace(NO_SHIFTS, pull=np.array([[0.5, -1.5]])))
     assert examine._may_be_near(verdict, replace(there, base=shifted)) is near
 
 
@@ -394,3 +397,31 @@ def test_a_pitch_that_is_read_as_folded_is_told():
     assert body_lines(there, base) == []
     (line,) = body_lines(there, replace(base, read=np.array([3.0, 7.0, 14.0]), folded=(2,)))
     assert line.startswith("11 Hz is taken for 14 Hz") and "25 frames/s" in line
+
+
+@pytest.mark.parametrize(
+    ("bends", "evidence", "in_damped_terms", "decides"),
+    [
+        (True, 30.0, 0.9, "final"),
+        (False, 30.0, 0.9, "damped"),  # its own modes are what was heard
+        (True, 15.0, 0.9, "damped"),  # which may mend what was bent
+        (True, 30.0, 0.3, "damped"),  # where it shows already
+    ],
+    ids=["bent", "straight", "hardly clear", "seen"],
+)
+def test_where_the_declared_fits_modes_were_bent_the_final_fit_shows_what_a_change_mends(
+    bends, evidence, in_damped_terms, decides, monkeypatch
+):
+    measured, base = looked_at(PITCH * [1.0, 1.1, 0.9])
+    _, found = looked_at(PITCH)
+    left = {"damped": {base: 1.0, found: in_damped_terms}, "final": {base: 1.0, found: 0.1}}
+    monkeypatch.setattr(
+        doubt, "body_error", lambda fit, _, one, *alike: Error(left[fit][one], left[fit][one])
+    )
+    monkeypatch.setattr(doubt, "errors", lambda fit: Error(0.1, 0.1))
+    monkeypatch.setattr(doubt, "bends", lambda final: bends)
+    verdict = SimpleNamespace(damped="damped", final="final")
+    best, there = suspect(found, evidence), SimpleNamespace(base=base, measured=measured)
+    seen, told = doubt.judged(verdict, there, best, ())
+    assert seen[0].held_out == in_damped_terms
+    assert told[0].held_out == left[decides][found]

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
 
-from core import other_loads
+from core import other_loads, turned
 from core.compare import Measured, compare
 from core.doubt import chance_of
-from core.other_loads import ALIKE, FLOOR, PLACED, SAME, WHOLE, Shift, shifts_of, told_by
+from core.other_loads import ALIKE, PLACED, SAME, WHOLE, Shift, shifts_of, told_by
+from core.turned import FLOOR
 
 STIFF = np.array([100.0, 900.0, 2500.0])  # N/m of three masses, each on a spring of its own
 HEAVY = np.array([1.0, 0.8, 0.5])  # kg
@@ -39,7 +40,7 @@ def told(shifts, lump):
 @pytest.mark.parametrize("lump", [0.0, 0.4])
 def test_the_body_that_bears_what_is_there_shows_the_shift(lump):
     right, before, _ = told((shift(lump),), lump)
-    assert right.shift_pull == pytest.approx(np.zeros((1, 2)), abs=1e-9)
+    assert right.shifts.pull == pytest.approx(np.zeros((1, 2)), abs=1e-9)
     assert right.chi2 == pytest.approx(before.chi2)
     assert right.modulus == before.modulus
 
@@ -57,7 +58,7 @@ def test_the_declared_body_is_off_by_what_it_does_not_know_of():
     cost = np.array(off) @ np.linalg.solve(covariance, off)
     assert wrong.chi2 - before.chi2 == pytest.approx(cost)
     assert wrong.pitch_chi2 - before.pitch_chi2 == pytest.approx(cost)
-    left = wrong.shift_pull * wrong.shift_error + wrong.shift_common * wrong.shift_way
+    left = wrong.shifts.pull * wrong.shifts.error + wrong.shifts.common * wrong.shifts.way
     assert left.ravel() == pytest.approx(off)
     assert chance_of(before, pitch) > 0.5 > 1e-3 > chance_of(wrong, pitch)
 
@@ -125,8 +126,14 @@ def heard_with(mass, *, carried=None, pitch=(1, 1, 0, 0), turned=0.0, over=None,
     law = SimpleNamespace(fitted=[0, 1, 2, 3], pitch=pitch, modes=2)
     pitches = np.array([[5.0, 20.0], [5.0, 20.0], [4.0, 19.0], [4.0, 19.0]])
     deviations = [0.02, 0.03, 1, 1, 0.01, 0.015, 1, 1]  # of the set of pitches that is told first
+    parameters = np.zeros(8)
+    for at, own in zip(pitch, pitches, strict=True):
+        parameters[4 * at : 4 * at + 2] = np.log(own)
     final = SimpleNamespace(
-        law=law, covariance=np.diag(np.square(deviations)), pitches=lambda n: pitches[n]
+        law=law,
+        parameters=parameters,
+        covariance=np.diag(np.square(deviations)),
+        pitches=lambda n: pitches[n],
     )
     heard = SimpleNamespace(
         body=bodies[0],
@@ -140,7 +147,7 @@ def heard_with(mass, *, carried=None, pitch=(1, 1, 0, 0), turned=0.0, over=None,
 
 @pytest.fixture
 def plainly(monkeypatch):
-    monkeypatch.setattr(other_loads, "inflation", lambda final: 4.0)
+    monkeypatch.setattr(turned, "inflation", lambda final: 4.0)
     monkeypatch.setattr(other_loads, "true_frequency", lambda heard, final: final.pitches(0))
     foot = np.array([0.06, 9.0, 0.04])
     monkeypatch.setattr(other_loads, "on_narrow_feet", lambda body, loads: foot * len(loads))

@@ -8,8 +8,10 @@ import pytest
 
 from core.body_error import PULLED, body_error, leaves, mends, misleads
 from core.channels import Channels
+from core.compare import NO_SHIFTS, ShiftsLeft
+from core.doubt import bends
 from core.effects import air_drag, contact, stiffness_drift
-from core.examine import _bends, _outweighs
+from core.examine import _outweighs
 from core.residual import Error, error_of
 
 FRAMES, RATE = 300, 100
@@ -97,7 +99,11 @@ def body_of(data: Channels, pulls, shares=()) -> tuple:
     pitch, shapes = np.array([20.0, 33.0]) / (2 * np.pi), np.array([[1.0, 0.0], [0.0, 1.0]])
     law = SimpleNamespace(modes=2, takes=(data,), fitted=[0])
     declared = SimpleNamespace(
-        law=law, frequency=pitch, shapes=shapes, predicted=(np.nan_to_num(data.values),)
+        law=law,
+        frequency=pitch,
+        shapes=shapes,
+        damping_ratio=np.full(2, 1e-6),
+        predicted=(np.nan_to_num(data.values),),
     )
     shares, pulls = np.asarray(shares, float), np.asarray(pulls, float)
     ways = np.tile([0.01, 0.0, 0.0], (len(shares), 1))  # the last one is the sag's
@@ -115,25 +121,22 @@ def body_of(data: Channels, pulls, shares=()) -> tuple:
         shapes=shapes,
         read=pitch.copy(),
         folded=(),
-        shift_pull=np.zeros((0, 2)),
-        shift_error=np.zeros((0, 2)),
-        shift_common=0.0,
-        shift_way=np.zeros((0, 2)),
+        shifts=NO_SHIFTS,
     )
-    return SimpleNamespace(damped=declared), ground, found
+    return declared, ground, found
 
 
 def test_a_pitch_that_is_read_as_folded_shows_the_other_way_and_by_as_many_hertz():
     """One that is as far above what folds as another one is below the pitch as seen."""
     data = waving("one", 1.0)
-    verdict, there, plain = body_of(data, (8.0, 0.0))
+    fit, there, plain = body_of(data, (8.0, 0.0))
     seen, twice = plain.read[0], 2 * plain.read[0]
     down = seen * (1 - np.exp(-0.01 * (8.0 - PULLED)))  # what is forgiven is forgiven of either
     up = PULLED + 100 * np.log(1 + down / twice)
     _, _, folded = body_of(data, (-up, 0.0))
     folded.read[0], folded.folded = twice, (0,)
-    assert body_error(verdict, there, folded).held_out == pytest.approx(
-        body_error(verdict, there, plain).held_out, rel=1e-6
+    assert body_error(fit, there, folded).held_out == pytest.approx(
+        body_error(fit, there, plain).held_out, rel=1e-6
     )
 
 
@@ -154,8 +157,7 @@ def test_a_computed_pitch_is_forgiven_what_it_may_be_off_by_and_no_more():
 def test_what_a_body_makes_of_another_load_counts_in_the_takes_that_have_it(how):
     """Beyond what a shift of the pitches is forgiven, and in these takes only, fitted or not."""
     first, *laden = (waving(name, 1.0) for name in ("first", "laden", "again"))
-    verdict, ground, found = body_of(first, (0.0, 0.0))
-    own = verdict.damped
+    own, ground, found = body_of(first, (0.0, 0.0))
     own.law = SimpleNamespace(modes=2, takes=(first, *laden), fitted=[0, 1], pitch=(0, 1, 1))
     own.predicted = own.predicted * 3
     own.pitches = lambda n: own.frequency
@@ -166,9 +168,8 @@ def test_what_a_body_makes_of_another_load_counts_in_the_takes_that_have_it(how)
     def each(pull):
         one = np.array([[1.0, 0.0]])
         alone, common = (pull, 0.0) if how == "by itself" else (0.0, pull)
-        found.shift_pull, found.shift_error = alone * one, 0.01 * np.ones((1, 2))
-        found.shift_common, found.shift_way = common, 0.01 * one
-        return [fit for _, _, fit in body_error(verdict, ground, found).each]
+        found.shifts = ShiftsLeft(alone * one, 0.01 * np.ones((1, 2)), common, 0.01 * one)
+        return [fit for _, _, fit in body_error(own, ground, found).each]
 
     assert each(2.9) == pytest.approx([0.0, 0.0, 0.0], abs=1e-3)
     plain, one, other = each(8.0)
@@ -191,10 +192,10 @@ def test_a_body_decides_alone_only_where_nothing_else_is_off_ahead(held, told):
 
 
 @pytest.mark.parametrize(
-    ("acting", "bends"),
+    ("acting", "bent"),
     [((air_drag,), False), ((stiffness_drift,), False), ((air_drag, contact), True)],
 )
-def test_what_acts_on_every_mode_in_its_own_shape_bends_none(acting, bends):
+def test_what_acts_on_every_mode_in_its_own_shape_bends_none(acting, bent):
     """Then shapes and pitches that are off are the body's, whatever acts in time."""
     effects = [one.ABOVE if one is contact else one.EFFECT for one in acting]
-    assert _bends(SimpleNamespace(law=SimpleNamespace(effects=effects))) is bends
+    assert bends(SimpleNamespace(law=SimpleNamespace(effects=effects))) is bent
