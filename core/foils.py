@@ -41,10 +41,8 @@ def weakens(declared: TimeFit, best: Candidate) -> bool:
     plain = min(plain, again, key=lambda found: found.chi2)
     before, after = (judge(best.names, found, declared).evidence for found in (plain, weak))
     # where it comes to rest a rub is hard to foretell, and the fitted part may say it alone
-    fitted, whole = (
-        _over(weak, parts) / max(_over(plain, parts), 1e-12) for parts in ((False,), (False, True))
-    )
-    less = fitted < WEAKENED or (fitted < 1 and whole < WEAKENED)
+    fitted, whole = (_left(weak, plain, parts) for parts in ((False,), (False, True)))
+    less = fitted < WEAKENED or (fitted <= 1 and whole < WEAKENED)
     return after > before + EVIDENCE and less
 
 
@@ -69,6 +67,14 @@ def _weakened(plain: TimeFit) -> TimeFit:
     foil = weakening_friction.FOIL if along else weakening_friction.IN_PLANE
     law, starts = swapped(plain, foil, begins)
     return best_fit(law, starts, evaluations=20)
+
+
+def _left(weak: TimeFit, plain: TimeFit, parts: tuple[bool, ...]) -> float:
+    """Share of what a plain rub leaves beyond noise that the other one leaves; all of it where that
+    is next to nothing, which tells no law.
+    """
+    over = _over(plain, parts)
+    return _over(weak, parts) / over if over > QUIET - 1 else 1.0
 
 
 def _over(found: TimeFit, parts: tuple[bool, ...] = (False, True)) -> float:

@@ -26,9 +26,9 @@ from .residual import NOISY, errors, excess
 from .settle import CLOSE, MUCH, STRAY, Recorded, told_elsewhere
 from .sufficiency import CLEARLY, at_a_bound, bends_the_body, owes
 from .time_layer import judge, vetoed
-from .timefit import at_first, conclude, misfits, walked
+from .timefit import at_first, conclude, misfits, sharp, walked
 from .unmatched import UNSEEN
-from .verdict import Verdict
+from .verdict import Verdict, twins_of
 from .widen import begun, placed
 
 MORE, FEWEST = 3, 5  # modes beside those that were heard, and altogether where few were
@@ -60,8 +60,35 @@ def with_stirred(heard: Heard, verdict: Verdict) -> Stirred | None:
     """The verdict with the body's lowest modes that a found force may ring; None where there is no
     such force, where all but noise is told without them, or where they do not leave far less.
 
-    One effect that leaves too much without them explains all where nothing but noise is left then.
+    One effect that leaves too much without them explains all where nothing but noise is left then,
+    in place of two that do not.
     """
+    whole = _stirred(heard, verdict)
+    if whole or verdict.verdict != "unexplained" or len(verdict.effects) - verdict.laws < 2:
+        return whole
+    each = (_stirred(heard, one) for one in _each_alone(verdict))
+    return next((one for one in each if one and one.verdict.verdict == "explained"), None)
+
+
+def _each_alone(verdict: Verdict) -> Iterator[Verdict]:
+    """The same of one force alone, for each that is one of several effects."""
+    known, ranked = verdict.laws, verdict.ranked
+    for name in verdict.names[known:]:
+        alone = (c for c in ranked if c.names == (name,) and c.found.law.effects[-1].force)
+        one = next(alone, None)
+        if one is None:
+            continue
+        found = carrying(sharp(one.found))
+        yield replace(
+            verdict,
+            chain=(*verdict.chain[: known + 1], (name, found)),
+            effects=(*verdict.effects[:known], judge((name,), found, verdict.damped)),
+            twins=(*verdict.twins[:known], twins_of(one, ranked)),
+        )
+
+
+def _stirred(heard: Heard, verdict: Verdict) -> Stirred | None:
+    """The verdict so, with all that it names."""
     found = verdict.final
     names = set(verdict.names[verdict.laws :])
     forces = [e for e in found.law.effects if e.force and e.name in names]

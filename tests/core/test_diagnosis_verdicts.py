@@ -634,6 +634,10 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="a rub bends no pitches as a soft pin does, whichever mode is which",
         ),
         pytest.param(
+            "two:compliant_pin+dry_friction", 368665, {"compliant_pin", "dry_friction"}, 1.1,
+            id="a rub that bends what was heard hides no soft pin",
+        ),
+        pytest.param(
             "plane:base_motion", 772002, {"base_motion"}, 1.4,
             id="a support that shakes both ways shakes the body both ways",
         ),

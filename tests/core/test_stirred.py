@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from core import stirred
-from core.effects import air_drag, dry_friction
+from core.effects import air_drag, contact, dry_friction
 from core.law import numbers
 from core.pipeline import calibrate_case
 from core.settle import CLOSE
-from core.stirred import _begins, _crosses, _is_better, _of_heard, _unheard, with_stirred
+from core.stirred import Stirred, _begins, _crosses, _is_better, _of_heard, _unheard, with_stirred
 from core.time_layer import Candidate
 from core.timefit import extend, fit
 from core.verdict import Verdict
@@ -50,7 +50,7 @@ def test_none_is_looked_for_without_a_found_force_or_beside_noise(monkeypatch):
         asked.clear()
         law = SimpleNamespace(effects=[dry_friction.EFFECT])
         final = SimpleNamespace(law=law, chi2=left * 100, samples=100)
-        verdict = SimpleNamespace(final=final, names=names, laws=0)
+        verdict = SimpleNamespace(final=final, names=names, laws=0, verdict="explained")
         return with_stirred(None, verdict) is None and bool(asked)
 
     asked = []
@@ -67,7 +67,9 @@ def test_the_best_of_the_searches_that_end_well_is_taken(monkeypatch):
     monkeypatch.setattr(stirred, "_retold", lambda verdict, best: "told")
     law = SimpleNamespace(effects=[dry_friction.EFFECT])
     final = SimpleNamespace(law=law, chi2=500.0, samples=100)
-    verdict = SimpleNamespace(final=final, names=("dry_friction",), laws=0, damped=final)
+    verdict = SimpleNamespace(
+        final=final, names=("dry_friction",), laws=0, damped=final, verdict="explained"
+    )
     able = ("good", "worse")
     assert with_stirred(None, verdict).found == "good"
     able = ()
@@ -245,6 +247,49 @@ def test_one_effect_explains_all_where_no_more_than_noise_is_left(
     assert told.verdict == verdict
     assert told.final.chi2 == left * 100 and told.bare == "before"
     assert told.effects == before.effects and told.ranked == before.ranked
+
+
+@pytest.mark.parametrize(
+    ("verdict", "names", "whole", "alone", "told"),
+    [
+        ("unexplained", ("dry_friction", "contact"), None, "explained", ("dry_friction",)),
+        ("unexplained", ("dry_friction", "contact"), None, "unexplained", None),
+        ("unexplained", ("dry_friction", "contact"), "unexplained", "explained", "both"),
+        ("explained", ("dry_friction", "contact"), None, "explained", None),
+        ("unexplained", ("dry_friction",), None, "explained", None),
+        ("unexplained", ("air_drag", "contact"), None, "explained", ("contact",)),
+    ],
+    ids=["one does", "none does", "both do", "both explain", "it is alone", "the force"],
+)
+def test_one_force_with_modes_that_nobody_heard_takes_the_place_of_two_effects(
+    verdict, names, whole, alone, told, monkeypatch
+):
+    """Where these do not explain, with such modes or without; and only where it does."""
+    each = {
+        name: Candidate((name,), SimpleNamespace(law=SimpleNamespace(effects=[one])), 1.0, 0.9, 0.9)
+        for name, one in (
+            ("dry_friction", dry_friction.EFFECT),
+            ("contact", contact.ABOVE),
+            ("air_drag", replace(air_drag.EFFECT, force=None)),
+        )
+    }
+    rows = ((None, "declared"), *((name, "found") for name in names))
+    effects = tuple(each[name] for name in names)
+    before = Verdict(verdict, rows, effects, ((),) * len(names), tuple(each.values()), ())
+
+    def found_by(heard, one):
+        said = whole if one is before else alone
+        return said and Stirred(replace(one, verdict=said), heard, None)
+
+    monkeypatch.setattr(stirred, "_stirred", found_by)
+    monkeypatch.setattr(stirred, "sharp", lambda found: found)
+    monkeypatch.setattr(stirred, "carrying", lambda found: found)
+    monkeypatch.setattr(stirred, "judge", lambda names, found, declared: each[names[0]])
+    monkeypatch.setattr(stirred, "twins_of", lambda one, ranked: ())
+    out = stirred.with_stirred(None, before)
+    assert (out and out.verdict.names) == (names if told == "both" else told)
+    if told and told != "both":
+        assert [row for row, _ in out.verdict.chain] == [None, *told]
 
 
 @pytest.mark.parametrize("effect", [dry_friction.EFFECT, dry_friction.IN_PLANE, air_drag.EFFECT])

@@ -493,6 +493,36 @@ def test_friction_that_weakens_with_speed_is_told_from_plain_friction():
     assert weakens(found, best)
 
 
+@pytest.mark.parametrize(
+    ("plain", "weak", "told"),
+    [
+        ((0.4, 0.4), (0.1, 0.1), True),
+        ((0.4, 0.4), (0.35, 0.35), False),
+        ((-0.012, 0.23), (-0.014, 0.21), False),  # of noise no share is left
+        ((-0.012, 0.23), (-0.014, 0.08), True),
+        ((0.4, 0.4), (0.5, 0.1), False),  # what was held out alone
+    ],
+    ids=["clearly less", "little less", "noise", "noise, and ahead", "ahead alone"],
+)
+def test_a_rub_weakens_where_that_leaves_less_beyond_noise(plain, weak, told, monkeypatch):
+    """Of what was fitted; or of all, and no more of what was fitted."""
+    law = SimpleNamespace(effects=[dry_friction.EFFECT])
+    one, other = (
+        SimpleNamespace(law=law, theta=[[0.0]], chi2=1.0, evidence=evidence, left=left)
+        for evidence, left in ((0.0, plain), (1e3, weak))
+    )
+    monkeypatch.setattr(foils, "sharp", lambda found: found)
+    monkeypatch.setattr(foils, "_weakened", lambda found: other)
+    monkeypatch.setattr(foils, "swapped", lambda *_: (law, [None]))
+    monkeypatch.setattr(foils, "fit", lambda *_, **__: one)
+    monkeypatch.setattr(foils.weakening_friction, "without", lambda theta: theta)
+    monkeypatch.setattr(foils, "judge", lambda names, found, declared: found)
+    monkeypatch.setattr(
+        foils, "_over", lambda found, parts=(False, True): found.left[len(parts) - 1]
+    )
+    assert weakens(None, SimpleNamespace(names=("dry_friction",), found=one)) is told
+
+
 class Both:
     """Two forces at a time."""
 
