@@ -422,6 +422,14 @@ def test_what_is_seen_but_immaterial_leaves_the_model_adequate(tmp_path):
 
 
 @pytest.mark.slow
+def test_a_second_mode_of_nearly_the_first_ones_pitch_is_no_hum(tmp_path):
+    """A search needs a while until the two have come apart."""
+    make("trap:density", 604419, tmp_path)
+    diagnosis = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
+    assert diagnosis["verdict"] == "adequate" and not diagnosis["effects"]
+
+
+@pytest.mark.slow
 def test_a_body_answers_to_the_support_that_a_marker_shows_to_move(tmp_path):
     make("base_motion", 806, tmp_path)  # at the pitch of its first mode, nearly
     report = calibrate_case(tmp_path / "case.toml").report
