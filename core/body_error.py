@@ -14,16 +14,19 @@ MENDED = 0.8  # of the declared body's error, held out or fitted, that is left a
 PULLED = 3.0  # standard deviations that a computed pitch is forgiven: it may be off by so much
 
 
-def body_error(fit: TimeFit, ground: Ground, found: Hypothesis, alike=()) -> Error:
+def body_error(
+    declared: TimeFit, ground: Ground, found: Hypothesis, alike=(), fit: TimeFit | None = None
+) -> Error:
     """Of a fit of the time layer, the declared one or another, with the body's pitches and shapes.
 
-    alike: numbers of further takes, in which that body rings as in the first one.
+    alike: numbers of further takes, in which that body rings as in the first one. However it is
+    fitted, the motion dies away as the `declared` fit has it.
     """
+    fit = fit or declared
     law, data = fit.law, ground.data
     K, loud = law.modes, ground.measured
     own = np.r_[fit.frequency, loud.frequency[K:]]
     heard = np.vstack([fit.shapes, loud.shapes[K:]])
-    damping_ratio = np.r_[fit.damping_ratio, ground.damping_ratio[K:]]
     pulls = found.pitch_pull[: len(found.frequency)]
     together = _beyond(found.together) @ loud.together[:, : len(pulls)]
     off = np.exp(-_beyond(pulls) * loud.error - together)
@@ -32,8 +35,8 @@ def body_error(fit: TimeFit, ground: Ground, found: Hypothesis, alike=()) -> Err
     bent = np.array([mac(a, b) < BENT for a, b in zip(found.shapes, heard, strict=True)])
     shapes = np.where(bent[:, None], found.shapes, heard)
     index = law.fitted[0]
-    free = _bound(damping_ratio, own, heard, data)
-    change = _bound(damping_ratio, f, shapes, data) - free
+    free = _bound(ground.damping_ratio, own, heard, data)
+    change = _bound(ground.damping_ratio, f, shapes, data) - free
     predicted = list(fit.predicted)
     predicted[index] = predicted[index] + change
     elsewhere = {i: (law.fitted.index(i), fit.frequency) for i in alike}
@@ -43,7 +46,7 @@ def body_error(fit: TimeFit, ground: Ground, found: Hypothesis, alike=()) -> Err
         laden = [i for i, data in enumerate(law.takes) if law.pitch[i] == own and data.fit.any()]
         elsewhere |= dict.fromkeys(laden, (one.take, pitches))
     for i, (n, pitches) in elsewhere.items():
-        data, z, shapes = law.takes[i], fit.damping_ratios(n), fit.shapes_of(n)
+        data, z, shapes = law.takes[i], declared.damping_ratios(n), fit.shapes_of(n)
         here, there = (_bound(z, f, shapes, data) for f in (pitches, fit.pitches(n)))
         predicted[i] = predicted[i] + here - there
     return error_of(law.takes, predicted)

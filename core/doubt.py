@@ -5,6 +5,7 @@ from scipy.stats import chi2 as chi2_law
 
 from .body_error import SHOWN, body_error, mends
 from .compare import PIECES, Hypothesis, Measured
+from .effects import split_modes
 from .ground import Ground, moved
 from .law import TimeFit
 from .modal_layer import Suspect
@@ -99,16 +100,22 @@ def bends(final: TimeFit) -> bool:
 
 def judged(verdict: Verdict, ground: Ground, best: Suspect | None, alike) -> tuple[tuple, tuple]:
     """Errors with the best change of the body, as it is declared, and of free modes: in the
-    declared fit's terms, and in those that decide. Modes that were bent show little of what the
-    body's own are off by, so a change that mends all of these is also held against the final fit.
+    declared fit's terms, and in those that decide.
+
+    Where what acts in time has bent the declared fit's modes, their shapes say little of the
+    body's. Then a change that mends all, shapes too, beside what explains the rest is held against
+    the final fit.
     """
+    declared, final = verdict.damped, verdict.final
 
     def in_terms_of(fit: TimeFit) -> tuple[Error | None, Error, Error]:
-        with_it = best and body_error(fit, ground, best.hypothesis)
-        return with_it, body_error(fit, ground, ground.base, alike), errors(fit)
+        with_it = best and body_error(declared, ground, best.hypothesis, fit=fit)
+        return with_it, body_error(declared, ground, ground.base, alike, fit), errors(fit)
 
-    seen = in_terms_of(verdict.damped)
-    hidden = best and not mends(*seen) and bends(verdict.final)
-    if not hidden or not mends_all(best, ground.base, ground.measured):
+    seen = in_terms_of(declared)
+    if not best or mends(*seen) or verdict.verdict != "explained":
         return seen, seen
-    return seen, in_terms_of(verdict.final)
+    bent = bends(final) and acts(final, split_modes.EFFECT.name, *ADDED)
+    whole = mends_all(best, ground.base, ground.measured)
+    whole = whole and best.hypothesis.chi2 < pieces(ground)
+    return seen, in_terms_of(final) if bent and whole else seen

@@ -212,7 +212,7 @@ def _changed(plain, ground: Ground, verdict: Verdict, known, heard: Heard, stiff
     if not best or misleads(*decides):
         return replace(plain, verdict="unexplained", before=before, misfit=misfit, doubtful=True)
     left = leaves(*decides)
-    clear = verdict.verdict != "unexplained" or _outweighs(*decides[1:], verdict)
+    clear = verdict.verdict != "unexplained" or _outweighs(*seen[1:], verdict)
     clear = clear and _in_time(verdict, mended) < MANY  # so many together tell anything
     astray = strays(verdict.final, ASTRAY if best.effect.nonlinear else FAR_OFF)
     fits = left <= LEFT and best.hypothesis.chi2 < CLEAR * pieces(ground)

@@ -70,11 +70,14 @@ def _weakened(plain: TimeFit) -> TimeFit:
 
 
 def _left(weak: TimeFit, plain: TimeFit, parts: tuple[bool, ...]) -> float:
-    """Share of what a plain rub leaves beyond noise that the other one leaves; all of it where that
-    is next to nothing, which tells no law.
+    """Share of what a plain rub leaves beyond noise that the other one leaves; all of it where both
+    leave next to nothing, which tells no law.
     """
-    over = _over(plain, parts)
-    return _over(weak, parts) / over if over > QUIET - 1 else 1.0
+    next_to_nothing = QUIET - 1
+    over, left = (_over(one, parts) for one in (plain, weak))
+    if max(over, left) <= next_to_nothing:
+        return 1.0
+    return left / max(over, next_to_nothing)
 
 
 def _over(found: TimeFit, parts: tuple[bool, ...] = (False, True)) -> float:

@@ -22,7 +22,7 @@ from .hearings import whole_ground
 from .joint import Heard
 from .law import Law, TimeFit
 from .match import PAIR, Match
-from .residual import NOISY, errors, excess
+from .residual import NOISY, bic, errors, excess
 from .settle import CLOSE, MUCH, STRAY, Recorded, told_elsewhere
 from .sufficiency import CLEARLY, at_a_bound, bends_the_body, owes
 from .time_layer import judge, vetoed
@@ -60,19 +60,29 @@ def with_stirred(heard: Heard, verdict: Verdict) -> Stirred | None:
     """The verdict with the body's lowest modes that a found force may ring; None where there is no
     such force, where all but noise is told without them, or where they do not leave far less.
 
-    One effect that leaves too much without them explains all where nothing but noise is left then,
-    in place of two that do not.
+    One effect that leaves too much without them explains all where nothing but noise is left then.
+    Where it leaves less, held out too, than two that do not explain, it takes their place.
     """
-    whole = _stirred(heard, verdict)
+    whole = _of_all(heard, verdict)
     if whole or verdict.verdict != "unexplained" or len(verdict.effects) - verdict.laws < 2:
         return whole
-    each = (_stirred(heard, one) for one in _each_alone(verdict))
-    return next((one for one in each if one and one.verdict.verdict == "explained"), None)
+    each = (_of_all(heard, one) for one in _each_alone(verdict))
+    able = [one for one in each if one and _takes_the_place(one, verdict)]
+    return min(able, key=lambda one: bic(one.found), default=None)
+
+
+def _takes_the_place(one: Stirred, of: Verdict) -> bool:
+    """Whether one effect with modes that nobody heard explains, and tells more than those of a
+    verdict do without, held out too.
+    """
+    fewer = bic(one.found) < bic(of.final)
+    ahead = errors(one.found).held_out <= errors(of.final).held_out
+    return one.verdict.verdict == "explained" and fewer and ahead
 
 
 def _each_alone(verdict: Verdict) -> Iterator[Verdict]:
-    """The same of one force alone, for each that is one of several effects."""
-    known, ranked = verdict.laws, verdict.ranked
+    """The verdict with one of its effects only, for each of them that is a force."""
+    known, ranked = verdict.laws, verdict.ranked[verdict.laws :]
     for name in verdict.names[known:]:
         alone = (c for c in ranked if c.names == (name,) and c.found.law.effects[-1].force)
         one = next(alone, None)
@@ -87,8 +97,8 @@ def _each_alone(verdict: Verdict) -> Iterator[Verdict]:
         )
 
 
-def _stirred(heard: Heard, verdict: Verdict) -> Stirred | None:
-    """The verdict so, with all that it names."""
+def _of_all(heard: Heard, verdict: Verdict) -> Stirred | None:
+    """As `with_stirred` has it, of all that a verdict names."""
     found = verdict.final
     names = set(verdict.names[verdict.laws :])
     forces = [e for e in found.law.effects if e.force and e.name in names]

@@ -10,7 +10,15 @@ from core import doubt, examine, modulus
 from core import ground as ground_file
 from core.compare import NO_SHIFTS, Measured, compare
 from core.doubt import DOUBT, EVIDENCE, is_able, mends_all
-from core.effects import added_mass, compliant_pin, graded_stiffness, gravity_preload
+from core.effects import (
+    added_mass,
+    compliant_pin,
+    dry_friction,
+    graded_stiffness,
+    gravity_preload,
+    split_modes,
+    stiffness_drift,
+)
 from core.examine import _as_declared, _in_time, _turned_over, _unsure
 from core.findings import Findings
 from core.ground import Ground, looked_at_closely
@@ -400,28 +408,38 @@ def test_a_pitch_that_is_read_as_folded_is_told():
 
 
 @pytest.mark.parametrize(
-    ("bends", "evidence", "in_damped_terms", "decides"),
+    ("acting", "evidence", "misfit", "in_damped_terms", "verdict", "decides"),
     [
-        (True, 30.0, 0.9, "final"),
-        (False, 30.0, 0.9, "damped"),  # its own modes are what was heard
-        (True, 15.0, 0.9, "damped"),  # which may mend what was bent
-        (True, 30.0, 0.3, "damped"),  # where it shows already
+        (dry_friction, 30.0, 1.0, 0.9, "explained", "final"),
+        (stiffness_drift, 30.0, 1.0, 0.9, "explained", "damped"),  # its own modes were heard
+        (split_modes, 30.0, 1.0, 0.9, "explained", "damped"),  # which the change may be instead of
+        (dry_friction, 15.0, 1.0, 0.9, "explained", "damped"),  # which may mend what was bent
+        (dry_friction, 30.0, 99.0, 0.9, "explained", "damped"),  # nor the shapes
+        (dry_friction, 30.0, 1.0, 0.3, "explained", "damped"),  # where it shows already
+        (dry_friction, 30.0, 1.0, 0.9, "unexplained", "damped"),  # a fit that tells of nothing
     ],
-    ids=["bent", "straight", "hardly clear", "seen"],
+    ids=["bent", "straight", "split", "hardly clear", "other shapes", "seen", "unexplained"],
 )
 def test_where_the_declared_fits_modes_were_bent_the_final_fit_shows_what_a_change_mends(
-    bends, evidence, in_damped_terms, decides, monkeypatch
+    acting, evidence, misfit, in_damped_terms, verdict, decides, monkeypatch
 ):
     measured, base = looked_at(PITCH * [1.0, 1.1, 0.9])
     _, found = looked_at(PITCH)
-    left = {"damped": {base: 1.0, found: in_damped_terms}, "final": {base: 1.0, found: 0.1}}
-    monkeypatch.setattr(
-        doubt, "body_error", lambda fit, _, one, *alike: Error(left[fit][one], left[fit][one])
-    )
-    monkeypatch.setattr(doubt, "errors", lambda fit: Error(0.1, 0.1))
-    monkeypatch.setattr(doubt, "bends", lambda final: bends)
-    verdict = SimpleNamespace(damped="damped", final="final")
-    best, there = suspect(found, evidence), SimpleNamespace(base=base, measured=measured)
-    seen, told = doubt.judged(verdict, there, best, ())
-    assert seen[0].held_out == in_damped_terms
-    assert told[0].held_out == left[decides][found]
+    found = replace(found, chi2=misfit)
+    law = SimpleNamespace(effects=[acting.EFFECT])
+    fits = {"damped": SimpleNamespace(law=law), "final": SimpleNamespace(law=law)}
+    left = {"damped": (in_damped_terms, 1.0, 0.1), "final": (0.2, 2.0, 0.15)}
+    of = {id(fit): left[name] for name, fit in fits.items()}
+
+    def body_error(declared, there, one, alike=(), fit=None):
+        assert declared is fits["damped"] and alike == ([7] if one is base else ())
+        with_it, before, _ = of[id(fit)]
+        return Error(*(2 * [with_it if one is found else before]))
+
+    monkeypatch.setattr(doubt, "body_error", body_error)
+    monkeypatch.setattr(doubt, "errors", lambda fit: Error(*(2 * [of[id(fit)][2]])))
+    said = SimpleNamespace(**fits, verdict=verdict)
+    there = ground(measured, base)
+    seen, told = doubt.judged(said, there, suspect(found, evidence), [7])
+    assert tuple(one.held_out for one in seen) == left["damped"]
+    assert tuple(one.held_out for one in told) == left[decides]

@@ -153,6 +153,17 @@ def test_a_computed_pitch_is_forgiven_what_it_may_be_off_by_and_no_more():
     assert body_error(*body_of(data, (0.0, 0.0), (8.0,))).held_out == pytest.approx(much.held_out)
 
 
+def test_in_another_fits_terms_its_pitches_count_and_die_away_as_what_was_declared():
+    """What rubs leaves little damping beside it, with which a pitch that is off would show long."""
+    data = waving("one", 1.0)
+    declared, ground, found = body_of(data, (8.0, 0.0))
+    rubbed = SimpleNamespace(**vars(declared) | {"damping_ratio": np.full(2, 0.3)})
+    plain = body_error(declared, ground, found)
+    assert body_error(declared, ground, found, fit=rubbed) == plain
+    rubbed.predicted = tuple(0.5 * one for one in declared.predicted)
+    assert body_error(declared, ground, found, fit=rubbed).fit > 1.2 * plain.fit
+
+
 @pytest.mark.parametrize("how", ["by itself", "as all are"])
 def test_what_a_body_makes_of_another_load_counts_in_the_takes_that_have_it(how):
     """Beyond what a shift of the pitches is forgiven, and in these takes only, fitted or not."""

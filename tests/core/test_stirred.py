@@ -249,47 +249,86 @@ def test_one_effect_explains_all_where_no_more_than_noise_is_left(
     assert told.effects == before.effects and told.ranked == before.ranked
 
 
+TWO = ("dry_friction", "contact")
+
+
 @pytest.mark.parametrize(
-    ("verdict", "names", "whole", "alone", "told"),
+    ("verdict", "names", "law", "whole", "alone", "told"),
     [
-        ("unexplained", ("dry_friction", "contact"), None, "explained", ("dry_friction",)),
-        ("unexplained", ("dry_friction", "contact"), None, "unexplained", None),
-        ("unexplained", ("dry_friction", "contact"), "unexplained", "explained", "both"),
-        ("explained", ("dry_friction", "contact"), None, "explained", None),
-        ("unexplained", ("dry_friction",), None, "explained", None),
-        ("unexplained", ("air_drag", "contact"), None, "explained", ("contact",)),
+        ("unexplained", TWO, "", None, "explained", "dry_friction"),
+        ("unexplained", TWO, "structural_damping", None, "explained", "dry_friction"),
+        ("unexplained", TWO, "", None, "unexplained", None),
+        ("unexplained", TWO, "", "unexplained", "explained", "both"),
+        ("explained", TWO, "", None, "explained", None),
+        ("unexplained", ("dry_friction",), "structural_damping", None, "explained", None),
+        ("unexplained", ("air_drag", "contact"), "", None, "explained", "contact"),
     ],
-    ids=["one does", "none does", "both do", "both explain", "it is alone", "the force"],
+    ids=["likelier", "beside a law", "neither", "both do", "both explain", "alone", "the force"],
 )
 def test_one_force_with_modes_that_nobody_heard_takes_the_place_of_two_effects(
-    verdict, names, whole, alone, told, monkeypatch
+    verdict, names, law, whole, alone, told, monkeypatch
 ):
-    """Where these do not explain, with such modes or without; and only where it does."""
-    each = {
-        name: Candidate((name,), SimpleNamespace(law=SimpleNamespace(effects=[one])), 1.0, 0.9, 0.9)
-        for name, one in (
-            ("dry_friction", dry_friction.EFFECT),
-            ("contact", contact.ABOVE),
-            ("air_drag", replace(air_drag.EFFECT, force=None)),
-        )
+    """Where these do not explain, with such modes or without, and it does: the likelier one."""
+    known = {
+        "contact": contact.ABOVE,
+        "air_drag": replace(air_drag.EFFECT, force=None),
+        "dry_friction": dry_friction.EFFECT,
     }
-    rows = ((None, "declared"), *((name, "found") for name in names))
-    effects = tuple(each[name] for name in names)
-    before = Verdict(verdict, rows, effects, ((),) * len(names), tuple(each.values()), ())
+    each = {
+        name: Candidate((name,), SimpleNamespace(law=SimpleNamespace(effects=[e])), 10.0, 0.9, 0.9)
+        for name, e in known.items()
+    }
+    each |= {law: Candidate((law,), "damped", 99.0, 0.9, 0.9)} if law else {}
+    own = (law, *names) if law else names
+    before = Verdict(
+        verdict,
+        ((None, "declared"), *((name, name) for name in own)),
+        tuple(each[name] for name in own),
+        ((),) * len(own),
+        tuple(each[name] for name in (own[:1] if law else ()) + tuple(known)),
+        (),
+    )
 
     def found_by(heard, one):
         said = whole if one is before else alone
-        return said and Stirred(replace(one, verdict=said), heard, None)
+        return said and Stirred(replace(one, verdict=said), heard, one.names[-1])
 
-    monkeypatch.setattr(stirred, "_stirred", found_by)
-    monkeypatch.setattr(stirred, "sharp", lambda found: found)
-    monkeypatch.setattr(stirred, "carrying", lambda found: found)
+    monkeypatch.setattr(stirred, "_of_all", found_by)
+    monkeypatch.setattr(stirred, "sharp", lambda found: ("sharp", found))
+    monkeypatch.setattr(stirred, "carrying", lambda found: ("carried", found))
     monkeypatch.setattr(stirred, "judge", lambda names, found, declared: each[names[0]])
-    monkeypatch.setattr(stirred, "twins_of", lambda one, ranked: ())
+    monkeypatch.setattr(stirred, "bic", {"dry_friction": 1.0, "contact": 2.0}.get)
+    monkeypatch.setattr(
+        stirred, "_takes_the_place", lambda one, of: one.verdict.verdict == "explained"
+    )
     out = stirred.with_stirred(None, before)
-    assert (out and out.verdict.names) == (names if told == "both" else told)
-    if told and told != "both":
-        assert [row for row, _ in out.verdict.chain] == [None, *told]
+    if told in (None, "both"):
+        assert (out and out.verdict.names) == (told and own)
+        return
+    rows = [(None, "declared")] + ([(law, law)] if law else [])
+    rows.append((told, ("carried", ("sharp", each[told].found))))
+    assert list(out.verdict.chain) == rows
+    assert out.verdict.names == tuple(name for name, _ in rows[1:])
+    likely = [name for name in known if name != told]
+    assert out.verdict.twins == ((),) * (len(rows) - 2) + (tuple(likely),)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "cost", "ahead", "takes"),
+    [
+        ("explained", 1.0, 0.1, True),
+        ("unexplained", 1.0, 0.1, False),
+        ("explained", 3.0, 0.1, False),
+        ("explained", 1.0, 0.3, False),
+    ],
+    ids=["tells more", "explains nothing", "less likely", "worse ahead"],
+)
+def test_one_takes_the_place_of_two_where_it_tells_more(verdict, cost, ahead, takes, monkeypatch):
+    known = {"one": (cost, ahead), "two": (2.0, 0.2)}
+    monkeypatch.setattr(stirred, "bic", lambda found: known[found][0])
+    monkeypatch.setattr(stirred, "errors", lambda found: SimpleNamespace(held_out=known[found][1]))
+    one = Stirred(SimpleNamespace(verdict=verdict), None, "one")
+    assert stirred._takes_the_place(one, SimpleNamespace(final="two")) is takes
 
 
 @pytest.mark.parametrize("effect", [dry_friction.EFFECT, dry_friction.IN_PLANE, air_drag.EFFECT])

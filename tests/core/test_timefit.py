@@ -500,9 +500,11 @@ def test_friction_that_weakens_with_speed_is_told_from_plain_friction():
         ((0.4, 0.4), (0.35, 0.35), False),
         ((-0.012, 0.23), (-0.014, 0.21), False),  # of noise no share is left
         ((-0.012, 0.23), (-0.014, 0.08), True),
+        ((0.05, 0.4), (0.01, 0.35), False),
+        ((0.05, 0.4), (0.3, 0.1), False),
         ((0.4, 0.4), (0.5, 0.1), False),  # what was held out alone
     ],
-    ids=["clearly less", "little less", "noise", "noise, and ahead", "ahead alone"],
+    ids=["less", "little less", "noise", "and ahead", "hardly any", "more", "ahead alone"],
 )
 def test_a_rub_weakens_where_that_leaves_less_beyond_noise(plain, weak, told, monkeypatch):
     """Of what was fitted; or of all, and no more of what was fitted."""
