@@ -86,7 +86,7 @@ class Measured:
 
 @dataclass(frozen=True, eq=False)
 class ShiftsLeft:
-    """By how much logarithms of pitches in s takes with other loads are off."""
+    """By how much logarithms of K modes' pitches in s takes with other loads are off."""
 
     pull: np.ndarray  # (s, K) standard deviations, beyond what all are off by at once
     error: np.ndarray  # (s, K) these deviations themselves
@@ -99,7 +99,7 @@ class ShiftsLeft:
         return float((self.pull**2).sum()) + self.common**2
 
     def beyond(self, forgive) -> np.ndarray:
-        """(s, K) what each is off by where standard deviations are forgiven."""
+        """(s, K) what each is off by; `forgive` takes off standard deviations what is forgiven."""
         return forgive(self.pull) * self.error + forgive(np.array(self.common)) * self.way
 
 
