@@ -125,7 +125,7 @@ def _sharpened(verdict: Verdict) -> Verdict:
     """The same, with what was found in coarse steps fitted and judged in fine ones."""
     declared = verdict.chain[0][1]
     coarse = list(dict.fromkeys(found for _, found in verdict.chain))
-    sharper = in_step_by_parts([partial(_sharp, found) for found in coarse])
+    sharper = in_step_by_parts([partial(sharpened, found) for found in coarse])
     fine = dict(zip(coarse, sharper, strict=True))
     return replace(
         verdict,
@@ -138,7 +138,8 @@ def _sharpened(verdict: Verdict) -> Verdict:
     )
 
 
-def _sharp(found: TimeFit) -> TimeFit:
+def sharpened(found: TimeFit) -> TimeFit:
+    """The fit in fine steps, a pair's two pitches opened, with what its forces feel of the rest."""
     return carrying(opened(sharp(found)))
 
 

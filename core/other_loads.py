@@ -84,9 +84,8 @@ def shifts_of(
             for body, one in ((first, heard.takes[start]), (there, heard.takes[i]))
         ]
         measured, error = shift_of(final, n)
-        error = (
-            error + bias**2 + np.square(seat).sum(axis=0) + _borne(first, added, modes, true) ** 2
-        )
+        error = error + bias**2 + np.square(seat).sum(axis=0)
+        error = error + _borne(first, added, modes, true) ** 2
         most = true * np.maximum(1, there.modes.frequency / first.modes.frequency)[modes]
         folds = (true != final.pitches(0)) | (most > 0.5 / heard.takes[i].frame)
         known = ~folds & _stays(there, first, modes) & (np.arange(K) == 0) & same
@@ -167,11 +166,7 @@ def told_by(
     error = np.sqrt(own**2 + (PLACED * most) ** 2 + parted**2)
     common = float((way * off / error**2).sum() / (1 + (way**2 / error**2).sum()))
     left = ShiftsLeft((off - common * way) / error, error, common, way)
-    return replace(
-        found,
-        chi2=found.chi2 + left.chi2,
-        shifts=left,
-    )
+    return replace(found, chi2=found.chi2 + left.chi2, shifts=left)
 
 
 def _foretold(matrices: tuple, added: np.ndarray, values: np.ndarray, x: np.ndarray) -> tuple:

@@ -14,6 +14,7 @@ import numpy as np
 
 from .baseline import reference_weights, with_body
 from .carried import carrying
+from .diagnosis import sharpened
 from .effects.base import FINE, Effect
 from .effects.further_mode import is_further
 from .effects.partner import is_of
@@ -26,7 +27,7 @@ from .residual import NOISY, bic, errors, excess
 from .settle import CLOSE, MUCH, STRAY, Recorded, told_elsewhere
 from .sufficiency import CLEARLY, at_a_bound, bends_the_body, owes
 from .time_layer import judge, vetoed
-from .timefit import at_first, conclude, misfits, sharp, walked
+from .timefit import at_first, conclude, misfits, walked
 from .unmatched import UNSEEN
 from .verdict import Verdict, twins_of
 from .widen import begun, placed
@@ -75,9 +76,9 @@ def _takes_the_place(one: Stirred, of: Verdict) -> bool:
     """Whether one effect with modes that nobody heard explains, and tells more than those of a
     verdict do without, held out too.
     """
-    fewer = bic(one.found) < bic(of.final)
+    likelier = bic(one.found) < bic(of.final)
     ahead = errors(one.found).held_out <= errors(of.final).held_out
-    return one.verdict.verdict == "explained" and fewer and ahead
+    return one.verdict.verdict == "explained" and likelier and ahead
 
 
 def _each_alone(verdict: Verdict) -> Iterator[Verdict]:
@@ -88,7 +89,7 @@ def _each_alone(verdict: Verdict) -> Iterator[Verdict]:
         one = next(alone, None)
         if one is None:
             continue
-        found = carrying(sharp(one.found))
+        found = sharpened(one.found)
         yield replace(
             verdict,
             chain=(*verdict.chain[: known + 1], (name, found)),

@@ -35,8 +35,8 @@ EDGE = 0.98  # of how far a pitch or a strength may go, from which it is at the 
 AT_ONCE = 2  # the most promising effects, which race each other only and may settle the rest
 MANY = 24  # starts of a search that is made anew from everywhere
 ABREAST = 2.0  # times the least misfit by half of the record, up to which a second search leads too
-APART = 40  # looks, after which two modes of nearly one pitch have come apart
 MOSTLY = 0.6  # share that the best one must take, for which it is sought anew
+APART = 40  # looks, after which two modes of nearly one pitch have come apart
 
 
 @dataclass(frozen=True, eq=False)

@@ -99,11 +99,7 @@ def body_of(data: Channels, pulls, shares=()) -> tuple:
     pitch, shapes = np.array([20.0, 33.0]) / (2 * np.pi), np.array([[1.0, 0.0], [0.0, 1.0]])
     law = SimpleNamespace(modes=2, takes=(data,), fitted=[0])
     declared = SimpleNamespace(
-        law=law,
-        frequency=pitch,
-        shapes=shapes,
-        damping_ratio=np.full(2, 1e-6),
-        predicted=(np.nan_to_num(data.values),),
+        law=law, frequency=pitch, shapes=shapes, predicted=(np.nan_to_num(data.values),)
     )
     shares, pulls = np.asarray(shares, float), np.asarray(pulls, float)
     ways = np.tile([0.01, 0.0, 0.0], (len(shares), 1))  # the last one is the sag's

@@ -294,8 +294,7 @@ def test_one_force_with_modes_that_nobody_heard_takes_the_place_of_two_effects(
         return said and Stirred(replace(one, verdict=said), heard, one.names[-1])
 
     monkeypatch.setattr(stirred, "_of_all", found_by)
-    monkeypatch.setattr(stirred, "sharp", lambda found: ("sharp", found))
-    monkeypatch.setattr(stirred, "carrying", lambda found: ("carried", found))
+    monkeypatch.setattr(stirred, "sharpened", lambda found: ("sharp", found))
     monkeypatch.setattr(stirred, "judge", lambda names, found, declared: each[names[0]])
     monkeypatch.setattr(stirred, "bic", {"dry_friction": 1.0, "contact": 2.0}.get)
     monkeypatch.setattr(
@@ -306,7 +305,7 @@ def test_one_force_with_modes_that_nobody_heard_takes_the_place_of_two_effects(
         assert (out and out.verdict.names) == (told and own)
         return
     rows = [(None, "declared")] + ([(law, law)] if law else [])
-    rows.append((told, ("carried", ("sharp", each[told].found))))
+    rows.append((told, ("sharp", each[told].found)))
     assert list(out.verdict.chain) == rows
     assert out.verdict.names == tuple(name for name, _ in rows[1:])
     likely = [name for name in known if name != told]
