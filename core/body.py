@@ -64,7 +64,7 @@ def laden(
     model: ElasticModel, take: Take, carried: float | None = None, seat: Seat = PLAIN
 ) -> ElasticModel:
     """The bare model with the loads of a take and, carried with that modulus (Pa), its weight."""
-    model = add_loads(model, take.loads, seat) if take.loads else model
+    model = add_loads(model, take.loads, seat, take.gravity) if take.loads else model
     return model if carried is None else change_model(model, (*take.gravity, carried))
 
 

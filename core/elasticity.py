@@ -147,25 +147,40 @@ class Seat:
 
     width: float  # of the patch under a mass, over the radius of a ball of that mass
     over_foot: bool  # reaching over an edge to where it was said to be, not in its patch's middle
+    hangs: bool = False  # on a thread: it goes along with gravity's direction only
 
 
 PLAIN = Seat(1.0, True)
 UNKNOWN = (PLAIN, Seat(0.5, True), Seat(1.0, False))  # what is assumed, and what may be as well
+HUNG = tuple(replace(seat, hangs=True) for seat in UNKNOWN)  # the same of loads that hang
 
 
-def add_loads(model: ElasticModel, loads: tuple[Load, ...], seat: Seat = PLAIN) -> ElasticModel:
-    """The body with lumped masses fixed to it: M + Σ m NᵀN, N the mean motion under the load."""
+def add_loads(
+    model: ElasticModel,
+    loads: tuple[Load, ...],
+    seat: Seat = PLAIN,
+    gravity: np.ndarray | None = None,
+) -> ElasticModel:
+    """The body with lumped masses fixed to it: M + Σ m NᵀN, N the mean motion under the load.
+
+    gravity (3,): along which they go where they hang.
+    """
     mass = model.mass
     for load in loads:
-        N = load_operator(model, load, seat)
+        N = load_operator(model, load, seat, gravity)
         mass = mass + load.mass * (N.T @ N)
     return replace(model, mass=mass.tocsr())
 
 
-def load_operator(model: ElasticModel, load: Load, seat: Seat) -> sparse.csr_matrix:
-    """(3, 3P): displacement (m) of a load that sits so."""
+def load_operator(
+    model: ElasticModel, load: Load, seat: Seat, gravity: np.ndarray | None = None
+) -> sparse.csr_matrix:
+    """(3, 3P): displacement (m) of a load that sits so; (1, 3P) along `gravity` where it hangs."""
     radius = seat.width * lump_radius(load.mass)
-    return lump_operator(model, load.position[None], radius, over_foot=seat.over_foot)
+    moved = lump_operator(model, load.position[None], radius, over_foot=seat.over_foot)
+    if not seat.hangs:
+        return moved
+    return sparse.csr_matrix(gravity / np.linalg.norm(gravity)) @ moved
 
 
 def lump_radius(mass: float) -> float:

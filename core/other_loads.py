@@ -80,7 +80,7 @@ def shifts_of(
             continue
         seen.add(law.pitch[i])
         seat = [
-            on_narrow_feet(body, one.take.loads)[modes] / 2
+            on_narrow_feet(body, one.take)[modes] / 2
             for body, one in ((first, heard.takes[start]), (there, heard.takes[i]))
         ]
         measured, error = shift_of(final, n)

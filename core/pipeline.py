@@ -17,7 +17,7 @@ from .case import read_case
 from .data import Case, ElasticModel, Motion, TetMesh, replace
 from .diagnosis import diagnose
 from .effects import added_mass, mesh_stiffening
-from .elasticity import UNKNOWN, held_part
+from .elasticity import HUNG, UNKNOWN, held_part
 from .examine import examine
 from .findings import Findings
 from .joint import Heard, hear, laid_bare
@@ -169,8 +169,8 @@ def _stiffening(mesh: TetMesh, body: Body) -> tuple[np.ndarray, np.ndarray]:
         return stiff, sigma
     others = [laden(body.bare, take, body.carried, other) for other in doubted]
     doubts = [moved(body.model, modes, other) for other in others]
-    if body.seats == UNKNOWN:
-        doubts.append(on_narrow_feet(body, take.loads))
+    if body.seats in (UNKNOWN, HUNG):
+        doubts.append(on_narrow_feet(body, take))
     doubt = np.max(doubts, axis=0)
     return stiff, np.hypot(sigma, doubt)
 
@@ -261,6 +261,11 @@ def _heard_warnings(case: Case, heard: Heard) -> list[str]:
                 f"{data.take.name}: {f:.4g} Hz is seen with {rate:.4g} frames/s: a true pitch of "
                 f"{rate - f:.4g} or {rate + f:.4g} Hz would look the same. Film faster to be sure."
             )
+    if any(body.seats[0].hangs for body in heard.bodies):
+        out.append(
+            "[[load]]: by the pitches it goes along with gravity's direction only, as one that "
+            "hangs on a thread does, and counts so. Fix it to the object to have it swing along."
+        )
     if carries_weight(heard.body) and heard.body.carried is None:
         out.append(
             "gravity_preload is declared, but with no Young's modulus would the body, its weight "

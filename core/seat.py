@@ -1,6 +1,8 @@
-"""How a declared load sits: a case says where it is, and never how wide or how far over an edge.
+"""How a declared load sits: a case says where it is, and never how wide or how far over an edge,
+nor whether it hangs there.
 
 Law         M + Σ m NᵀN, N the mean motion of a patch; the patch is what is chosen
+            one that hangs on a thread goes along with gravity's direction only: M + Σ m Nᵀd dᵀN
 Looks like  pitches of the loaded body whose ratios no modulus mends: under a load at a rim the body
             gives way the more the narrower the load sits, and a pair is parted the more
 Twins       a load of another mass, where few pitches are heard: then it sits as it was assumed to
@@ -13,8 +15,8 @@ from scipy.linalg import block_diag, eigh
 from scipy.optimize import linear_sum_assignment
 
 from .body import Body, build_body
-from .data import Modes, replace
-from .elasticity import PLAIN, UNKNOWN, Seat, buried, load_operator, lump_radius
+from .data import Modes, Take, replace
+from .elasticity import HUNG, PLAIN, UNKNOWN, Seat, buried, load_operator, lump_radius
 from .errors import DataError
 from .factorization import factorize
 from .match import match_modes, true_pitches
@@ -33,6 +35,9 @@ OFF = 0.001  # that pitches are off in the mean, less than which asks for no oth
 TOLD = 0.005  # the same, more than which no seat is told: something else is the matter
 BETTER = 0.5  # of how far off they were, at most, that they are with another seat
 NARROW = 0.2  # of the radius of a ball of that mass: the narrowest foot that a load may have
+ACROSS = 0.15  # that a pitch is off under loads that are fixed, from which they may hang: no other
+# seat does so much
+MENDED = 0.25  # of that, at most, that pitches are off under loads that hang
 GIVES = 16 / (3 * np.pi**2)  # mean displacement under an even load on a disc, over F/(E r)
 
 
@@ -47,7 +52,11 @@ def seated(ground: Recorded, rings: tuple) -> Recorded:
         return ground
     takes = {c: data.take for c, data in zip(ground.condition, ground.takes, strict=True)}
     try:
-        seats = told_by_pitches(_heard_pitches(ground, rings, asked), laden)
+        off = _heard_pitches(ground, rings, asked)
+        hung = off.pop(HUNG[0])
+        may_hang = all(takes[c].gravity is not None for c in laden)
+        hanging = may_hang and hang(off[PLAIN], hung, laden)
+        seats = HUNG if hanging else told_by_pitches(off, laden)
         if seats is None:
             return ground
         bodies = [
@@ -80,8 +89,25 @@ def told_by_pitches(off: dict[Seat, dict], laden: list[int]) -> tuple[Seat, ...]
     return tuple(s for k, s in enumerate(order) if k < 2 or wrong[s] < least + OFF)
 
 
-def on_narrow_feet(body: Body, loads: tuple) -> np.ndarray:
-    """|λ'/λ - 1| (m,) of the body's modes where each load stands on a foot too narrow for a mesh.
+def hang(fixed: dict, hung: dict, laden: list[int]) -> bool:
+    """Whether loads hang: under fixed ones some pitch is far off beside the loudest one, and under
+    loads that hang none is.
+
+    fixed, hung: what `told_by_pitches` has of one seat; laden: the conditions with loads.
+    """
+    known = [pole for pole in hung if pole in fixed and pole[0] in laden]
+    if not known:
+        return False
+    loudest = max(known, key=lambda pole: hung[pole][0])
+    far, near = (
+        max(abs(told[pole][1] - told[loudest][1]) for pole in known) for told in (fixed, hung)
+    )
+    return far > ACROSS and near < MENDED * far
+
+
+def on_narrow_feet(body: Body, take: Take) -> np.ndarray:
+    """|λ'/λ - 1| (m,) of the body's modes where each load of the take stands on a foot too narrow
+    for a mesh.
 
     Under it the body gives way more, as a spring would: (1 + ν)(1 - ν/2) F/(E r) sideways, less
     along the normal (Johnson, 3.4 and 3.6, the mean over a disc). How it rocks there is left out,
@@ -91,16 +117,17 @@ def on_narrow_feet(body: Body, loads: tuple) -> np.ndarray:
     square = (2 * np.pi * body.modes.frequency) ** 2
     count, nu = len(square), body.case.material.poisson_ratio
     K, M, own = np.diag(square), np.eye(count), np.eye(count)
-    for load in loads:
+    for load in take.loads:
         radius = lump_radius(load.mass)
         if buried(body.model, load.position[None], radius)[0]:
             continue
         give = GIVES * (1 + nu) * (1 - nu / 2) * (1 / (NARROW * radius) - 1 / radius)  # m/N at 1 Pa
-        moved = load_operator(body.model, load, body.seats[0]) @ shapes  # (3, m)
+        moved = load_operator(body.model, load, body.seats[0], take.gravity) @ shapes  # (n, m)
         M[:count, :count] -= load.mass * moved.T @ moved
-        stretch = np.hstack([moved, np.zeros((3, len(K) - count)), -np.eye(3)])
-        K = block_diag(K, np.zeros((3, 3))) + stretch.T @ stretch / give
-        M = block_diag(M, load.mass * np.eye(3))
+        ways = np.eye(len(moved))
+        stretch = np.hstack([moved, np.zeros((len(moved), len(K) - count)), -ways])
+        K = block_diag(K, 0 * ways) + stretch.T @ stretch / give
+        M = block_diag(M, load.mass * ways)
         own = np.vstack([own, moved])
     found, turn = eigh(K, M)
     modes, others = linear_sum_assignment(-((own.T @ M @ turn) ** 2))
@@ -120,14 +147,14 @@ def _astray(gains: dict, told: dict) -> float:
 
 
 def _heard_pitches(ground: Recorded, rings: tuple, asked: dict[int, int]) -> dict[Seat, dict]:
-    """What `told_by_pitches` asks for."""
-    out = {seat: {} for seat in SEATS}
+    """What `told_by_pitches` and `hang` ask for."""
+    out = {seat: {} for seat in (*SEATS, HUNG[0])}
     for c, i in asked.items():
         data, ring, body = ground.takes[i], rings[i], ground.bodies[c]
         fitted = data.fit
         chase = pursue(ring, data.time[fitted], data.values[fitted], data.sigma, late=data.late)
         gain = dict(zip(chase[0], chase[2], strict=True))
-        modes = on_seats(body, data.take.loads) if data.take.loads else {}
+        modes = on_seats(body, data.take) if data.take.loads else {}
         for seat, told in out.items():
             own = modes.get(seat, body.modes)
             match = match_modes(
@@ -143,13 +170,14 @@ def _heard_pitches(ground: Recorded, rings: tuple, asked: dict[int, int]) -> dic
     return out
 
 
-def on_seats(body: Body, loads: tuple) -> dict[Seat, Modes]:
-    """The body's lowest modes with the loads on each seat: its own ones and what gives under the
-    loads span them all.
+def on_seats(body: Body, take: Take) -> dict[Seat, Modes]:
+    """The body's lowest modes with the loads of a take on each seat, and where gravity is known
+    hanging: its own ones and what gives under the loads span them all.
     """
-    model, free = body.model, body.model.free
+    model, free, loads = body.model, body.model.free, take.loads
     operators = {
-        seat: [load_operator(model, load, seat)[:, free] for load in loads] for seat in SEATS
+        seat: [load_operator(model, load, seat, take.gravity)[:, free] for load in loads]
+        for seat in (*SEATS, *HUNG[: take.gravity is not None])
     }
     points = np.repeat(model.points, 3, axis=0)[free]
     K = model.stiffness[free][:, free]

@@ -150,7 +150,7 @@ def plainly(monkeypatch):
     monkeypatch.setattr(turned, "inflation", lambda final: 4.0)
     monkeypatch.setattr(other_loads, "true_frequency", lambda heard, final: final.pitches(0))
     foot = np.array([0.06, 9.0, 0.04])
-    monkeypatch.setattr(other_loads, "on_narrow_feet", lambda body, loads: foot * len(loads))
+    monkeypatch.setattr(other_loads, "on_narrow_feet", lambda body, take: foot * len(take.loads))
 
 
 @pytest.mark.parametrize("laden", [0, 1])
