@@ -12,10 +12,11 @@ from dataclasses import replace
 from functools import partial
 
 from .alone import add_second
-from .by_two import by_two, unless_it_weakens
+from .by_two import SHOWN, by_two, unless_it_weakens
 from .carried import carrying
 from .damping import find_damping, is_needless
 from .decidable import undecidable
+from .effects import air_drag
 from .exchange import exchanged_alone
 from .foils import is_broken, weakens
 from .forgotten import more_modes
@@ -60,17 +61,19 @@ def diagnose(
     *,
     widen: Callable = lambda found, effects: found,
     start: TimeFit | None = None,
+    dragged: Callable = lambda verdict: None,
 ) -> Verdict:
     """Name what the declared fit lacks: a law of damping first, then an effect, or two.
 
     `widen` (TimeFit, number of effects -> TimeFit) adds the body's modes that a fit with that
     many effects, its last ones, lays bare. `start`: the declared law at other pitches and damping
-    ratios, from where effects are sought.
+    ratios, from where effects are sought. `dragged` (Verdict -> Verdict or None): what a drag on
+    all of the body's modes explains.
     """
     why = undecidable(free)
     if why:
         return Verdict("refused", ((None, declared),), (), (), (), (), why)
-    as_declared = partial(_told, declared, widen, start or declared)
+    as_declared = partial(_told, declared, (widen, dragged), start or declared)
     lacking = find_damping(declared, free)
     if lacking is None:
         return as_declared()
@@ -78,7 +81,7 @@ def diagnose(
     if _is_noise(declared):
         minor = ((damping.names[0], gained(declared, damping.found)),)
         return replace(as_declared(), minor=minor)
-    then = _told(damping.found, widen, damping.found)
+    then = _told(damping.found, (widen, dragged), damping.found)
     if then.effects and is_needless(then.final, declared):
         plain = as_declared()
         if plain.verdict == then.verdict and plain.names == then.names:
@@ -100,8 +103,9 @@ def _is_noise(declared: TimeFit) -> bool:
     return quiet and not fails(declared)
 
 
-def _told(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
-    return _if_all_told(_sharpened(_diagnose(declared, widen, start)))
+def _told(declared: TimeFit, by_body: tuple, start: TimeFit) -> Verdict:
+    verdict = _diagnose(declared, by_body, start)
+    return verdict if verdict.whole else _if_all_told(_sharpened(verdict))
 
 
 def _if_all_told(verdict: Verdict) -> Verdict:
@@ -143,8 +147,8 @@ def sharpened(found: TimeFit) -> TimeFit:
     return carrying(opened(sharp(found)))
 
 
-def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
-    chain = ((None, declared),)
+def _diagnose(declared: TimeFit, by_body: tuple[Callable, Callable], start: TimeFit) -> Verdict:
+    chain, (widen, dragged) = ((None, declared),), by_body
     over = excess(declared)
     if _is_noise(declared):
         return Verdict("adequate", chain, (), (), (), ())
@@ -160,6 +164,10 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
         return Verdict("adequate", chain, (), (), ranked, minor)
     if over < WEAK and not fails(declared) and more_modes(declared, strong):
         return Verdict("adequate", chain, (), (), ranked, ())
+    if _may_drag_all(strong):
+        drag = dragged(partly(chain, strong[0], strong, ranked))
+        if drag:
+            return drag
     strong = widened(strong, declared, widen)
     alone, known, done = _one(chain, (able, ranked, strong), over)
     if done:
@@ -185,6 +193,13 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit) -> Verdict:
     if both.verdict == "unexplained" and both.effects and alone and _lacks(alone):
         told = _pair(both, alone).evidence > EVIDENCE  # none explains: the likelier parts
     return both if alone is None or told else alone
+
+
+def _may_drag_all(strong: list[Candidate]) -> bool:
+    """Whether nothing tells all by itself with what was heard, and a drag takes its share."""
+    if not strong or strong[0].found.chi2 < QUIET * strong[0].found.samples:
+        return False
+    return any(c.names == (air_drag.EFFECT.name,) and c.share > SHOWN for c in strong)
 
 
 def _strong(seen: list[Candidate], declared: TimeFit) -> list[Candidate]:

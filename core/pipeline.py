@@ -16,6 +16,7 @@ from .camera_layer import true_frequency, unfold
 from .case import read_case
 from .data import Case, ElasticModel, Motion, TetMesh, replace
 from .diagnosis import diagnose
+from .dragged import with_drag
 from .effects import added_mass, mesh_stiffening
 from .elasticity import HUNG, UNKNOWN, held_part
 from .examine import examine
@@ -45,7 +46,7 @@ from .tell import (
     told_without,
 )
 from .tets import kept_or_cut, key, save_tets
-from .verdict import Verdict
+from .verdict import Verdict, Whole
 from .weight import carries_weight, with_weight
 
 ELEMENTS = 1500  # tetrahedra, where none are asked for
@@ -113,8 +114,8 @@ def calibrate_case(
         heard = near or heard
         say(0.5, "Looking for what the model lacks")
         heard, verdict = second_hearing(heard, _diagnosed(heard), _diagnosed)
-        stirred = with_stirred(heard, verdict)
-        verdict = stirred.verdict if stirred else verdict
+        verdict = with_stirred(heard, verdict) or verdict
+        verdict = with_drag(heard, verdict) or verdict
         heard = replace(heard, far=far if near else None)
         say(0.8, "Comparing pitches and shapes")
         stiff, sigma = converged()
@@ -131,12 +132,12 @@ def calibrate_case(
     if tets is not None:  # not before: what is refused leaves nothing behind
         save_tets(tets, cut, key(case.surface, elements or ELEMENTS), warnings)
     modulus = report["youngs_modulus"]["apparent"]["value"]
-    played = (stirred.heard, stirred.found) if stirred else (heard, final)
+    played = verdict.whole or Whole(heard, final)
     say(1.0, "Done")
     return Result(
         case=case,
         report=report,
-        motion=motion(played[0], unfold(*played), modulus, final.law.modes),
+        motion=motion(played.heard, unfold(played.heard, played.found), modulus, final.law.modes),
         time=data.time,
         measured=data.values.reshape(len(data.time), -1, d),
         predicted=final.predicted[final.law.fitted[0]].reshape(len(data.time), -1, d),
@@ -149,7 +150,13 @@ def calibrate_case(
 
 
 def _diagnosed(heard: Heard, start: TimeFit | None = None) -> Verdict:
-    return diagnose(heard.declared, heard.free, widen=partial(laid_bare, heard), start=start)
+    return diagnose(
+        heard.declared,
+        heard.free,
+        widen=partial(laid_bare, heard),
+        start=start,
+        dragged=partial(with_drag, heard),
+    )
 
 
 def _stiffening(mesh: TetMesh, body: Body) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ are known of the body; what the march of all of them foretells is what the heard
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import islice, product
 
 import numpy as np
@@ -29,7 +29,7 @@ from .sufficiency import CLEARLY, at_a_bound, bends_the_body, owes
 from .time_layer import judge, vetoed
 from .timefit import at_first, conclude, misfits, walked
 from .unmatched import UNSEEN
-from .verdict import Verdict, twins_of
+from .verdict import Verdict, Whole, twins_of
 from .widen import begun, placed
 
 MORE, FEWEST = 3, 5  # modes beside those that were heard, and altogether where few were
@@ -48,37 +48,31 @@ ASIDE = 0.5  # of a computed mode, at least, that lies across the heard ones
 ITSELF = 0.5  # of what they gain, that they may gain where no force acts on them
 
 
-@dataclass(frozen=True, eq=False)
-class Stirred:
-    """A verdict that counts modes which were not heard, and the motion with these."""
-
-    verdict: Verdict  # its final fit tells of the heard modes, and foretells what all of them do
-    heard: Heard  # with the others in its match and its turns
-    found: TimeFit  # of all of them
-
-
-def with_stirred(heard: Heard, verdict: Verdict) -> Stirred | None:
-    """The verdict with the body's lowest modes that a found force may ring; None where there is no
-    such force, where all but noise is told without them, or where they do not leave far less.
+def with_stirred(heard: Heard, verdict: Verdict) -> Verdict | None:
+    """The verdict with the body's lowest modes that a found force may ring; None where it counts
+    some already, where there is no such force, where all but noise is told without them, or where
+    they do not leave far less.
 
     One effect that leaves too much without them explains all where nothing but noise is left then.
     Where it leaves less, held out too, than two that do not explain, it takes their place.
     """
+    if verdict.whole:
+        return None
     whole = _of_all(heard, verdict)
     if whole or verdict.verdict != "unexplained" or len(verdict.effects) - verdict.laws < 2:
         return whole
     each = (_of_all(heard, one) for one in _each_alone(verdict))
     able = [one for one in each if one and _takes_the_place(one, verdict)]
-    return min(able, key=lambda one: bic(one.found), default=None)
+    return min(able, key=lambda one: bic(one.whole.found), default=None)
 
 
-def _takes_the_place(one: Stirred, of: Verdict) -> bool:
+def _takes_the_place(one: Verdict, of: Verdict) -> bool:
     """Whether one effect with modes that nobody heard explains, and tells more than those of a
     verdict do without, held out too.
     """
-    likelier = bic(one.found) < bic(of.final)
-    ahead = errors(one.found).held_out <= errors(of.final).held_out
-    return one.verdict.verdict == "explained" and likelier and ahead
+    likelier = bic(one.whole.found) < bic(of.final)
+    ahead = errors(one.whole.found).held_out <= errors(of.final).held_out
+    return one.verdict == "explained" and likelier and ahead
 
 
 def _each_alone(verdict: Verdict) -> Iterator[Verdict]:
@@ -98,20 +92,20 @@ def _each_alone(verdict: Verdict) -> Iterator[Verdict]:
         )
 
 
-def _of_all(heard: Heard, verdict: Verdict) -> Stirred | None:
+def _of_all(heard: Heard, verdict: Verdict) -> Verdict | None:
     """As `with_stirred` has it, of all that a verdict names."""
     found = verdict.final
     names = set(verdict.names[verdict.laws :])
     forces = [e for e in found.law.effects if e.force and e.name in names]
     if not forces or found.chi2 < NOISY * found.samples:
         return None
-    wider = _widened(heard, found)
+    wider = widened(heard, found)
     if wider is None:
         return None
     more, law = wider
     able = (one for one in _fitted(law, found) if _is_better(one, found, verdict.damped))
     best = next(able, None)
-    return best and Stirred(_retold(verdict, best), more, best)
+    return best and replace(_retold(verdict, best), whole=Whole(more, best))
 
 
 def _is_better(best: TimeFit, found: TimeFit, declared: TimeFit) -> bool:
@@ -145,9 +139,10 @@ def _untouched(best: TimeFit, known: int) -> np.ndarray:
     return p
 
 
-def _widened(heard: Heard, found: TimeFit) -> tuple[Heard, Law] | None:
+def widened(heard: Heard, found: TimeFit, fewest: int = FEWEST) -> tuple[Heard, Law] | None:
     """What was heard, and the law of `found` without its further modes, with the body's lowest
-    modes beside the heard ones; None where there are none, or where loads part the takes.
+    modes beside the heard ones, so many altogether or a few more than those; None where there are
+    none, or where loads part the takes.
     """
     ground, old = whole_ground(heard), found.law
     if ground is None:
@@ -156,7 +151,7 @@ def _widened(heard: Heard, found: TimeFit) -> tuple[Heard, Law] | None:
     scale = found.frequency[0] / computed[first]
     frame = max(heard.takes[i].frame for i in ground.fitted)
     top = min(HIGHEST / 2 / frame / scale, MOST / OFTEN * computed[first])
-    new, own = _unheard(heard, old, top)
+    new, own = _unheard(heard, old, top, fewest)
     if not new:
         return None
     turn = np.hstack([heard.turns[0], *own])
@@ -166,7 +161,9 @@ def _widened(heard: Heard, found: TimeFit) -> tuple[Heard, Law] | None:
     return more, _with_modes(old, ground, turn, scale * computed[new])
 
 
-def _unheard(heard: Heard, law: Law, top: float) -> tuple[list[int], list[np.ndarray]]:
+def _unheard(
+    heard: Heard, law: Law, top: float, fewest: int = FEWEST
+) -> tuple[list[int], list[np.ndarray]]:
     """The body's lowest modes below `top`, Hz as computed, that were not heard but are seen; of
     each the combination (m, 1) of computed modes that lies across the heard ones.
     """
@@ -174,7 +171,7 @@ def _unheard(heard: Heard, law: Law, top: float) -> tuple[list[int], list[np.nda
     data = heard.takes[law.fitted[0]]
     computed, new, out = body.modes.frequency, [], []
     size = np.linalg.norm(body.seen(data)[:, ~data.support], axis=1)
-    count = max(law.modes + MORE, FEWEST)
+    count = max(law.modes + MORE, fewest)
     for j in np.flatnonzero(computed[:count] < top):
         pair = [k for k, m in enumerate(known) if abs(computed[j] / computed[m] - 1) < PAIR]
         if j in known or size[j] < UNSEEN * size.max() or _crosses(law, pair):
@@ -271,7 +268,7 @@ def _retold(verdict: Verdict, best: TimeFit) -> Verdict:
     others is told without the modes that these do not have.
     """
     before, damped = verdict.final, verdict.damped
-    final, own = _of_heard(best, before), verdict.effects[verdict.laws :]
+    final, own = of_heard(best, before), verdict.effects[verdict.laws :]
     told = len(own) == 1 and best.chi2 < NOISY * best.samples
     told = told and not owes(best, damped, CLEARLY)
     told = told and not weakens(damped, judge(own[0].names, best, damped))
@@ -283,7 +280,7 @@ def _retold(verdict: Verdict, best: TimeFit) -> Verdict:
     )
 
 
-def _of_heard(best: TimeFit, before: TimeFit) -> TimeFit:
+def of_heard(best: TimeFit, before: TimeFit) -> TimeFit:
     """What a fit of more modes says of those of the one `before`; what it foretells is of all."""
     law = best.law
     K, N, (a, b, _) = before.law.modes, law.modes, law.sizes()

@@ -1,12 +1,24 @@
 """What the search for what is missing found, and what comes near it."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .effects import DAMPING
 from .law import TimeFit
 from .time_layer import NEARLY, Candidate
+
+if TYPE_CHECKING:
+    from .joint import Heard
+
+
+@dataclass(frozen=True, eq=False)
+class Whole:
+    """The motion with modes of the body that nobody heard."""
+
+    heard: "Heard"  # with these in its match and its turns
+    found: TimeFit
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +34,8 @@ class Verdict:
     why: str = ""  # a refusal's reason, and what to film instead
     # the final fit without modes that were not heard, where it foretells what these do
     bare: TimeFit | None = None
+    # where the final fit tells of the heard modes, and foretells what all of them do
+    whole: Whole | None = None
 
     @property
     def final(self) -> TimeFit:

@@ -11,10 +11,10 @@ from core.effects import air_drag, contact, dry_friction
 from core.law import numbers
 from core.pipeline import calibrate_case
 from core.settle import CLOSE
-from core.stirred import Stirred, _begins, _crosses, _is_better, _of_heard, _unheard, with_stirred
+from core.stirred import _begins, _crosses, _is_better, _unheard, of_heard, with_stirred
 from core.time_layer import Candidate
 from core.timefit import extend, fit
-from core.verdict import Verdict
+from core.verdict import Verdict, Whole
 from tests.core.test_simulate import AMPLITUDE
 from tests.core.test_timefit import NOISE, RATE, SHAPE, TIME, Rub, W, channels, declared, moved
 from tests.truth import make
@@ -44,13 +44,13 @@ def rubbed(share, start, pitch):
 
 
 def test_none_is_looked_for_without_a_found_force_or_beside_noise(monkeypatch):
-    monkeypatch.setattr(stirred, "_widened", lambda heard, found: asked.append(found))
+    monkeypatch.setattr(stirred, "widened", lambda heard, found: asked.append(found))
 
     def looks(names, left):
         asked.clear()
         law = SimpleNamespace(effects=[dry_friction.EFFECT])
         final = SimpleNamespace(law=law, chi2=left * 100, samples=100)
-        verdict = SimpleNamespace(final=final, names=names, laws=0, verdict="explained")
+        verdict = SimpleNamespace(final=final, names=names, laws=0, verdict="explained", whole=None)
         return with_stirred(None, verdict) is None and bool(asked)
 
     asked = []
@@ -61,17 +61,19 @@ def test_none_is_looked_for_without_a_found_force_or_beside_noise(monkeypatch):
 
 
 def test_the_best_of_the_searches_that_end_well_is_taken(monkeypatch):
-    monkeypatch.setattr(stirred, "_widened", lambda heard, found: ("heard", "law"))
+    monkeypatch.setattr(stirred, "widened", lambda heard, found: ("heard", "law"))
     monkeypatch.setattr(stirred, "_fitted", lambda law, found: iter(["astray", "good", "worse"]))
     monkeypatch.setattr(stirred, "_is_better", lambda best, found, declared: best in able)
-    monkeypatch.setattr(stirred, "_retold", lambda verdict, best: "told")
+    monkeypatch.setattr(stirred, "_retold", lambda verdict, best: verdict)
     law = SimpleNamespace(effects=[dry_friction.EFFECT])
     final = SimpleNamespace(law=law, chi2=500.0, samples=100)
-    verdict = SimpleNamespace(
-        final=final, names=("dry_friction",), laws=0, damped=final, verdict="explained"
-    )
+    one = Candidate(("dry_friction",), final, 1.0, 0.9, 0.9)
+    rows = ((None, final), ("dry_friction", final))
+    verdict = Verdict("explained", rows, (one,), ((),), (one,), ())
     able = ("good", "worse")
-    assert with_stirred(None, verdict).found == "good"
+    told = with_stirred(None, verdict)
+    assert told.whole.found == "good" and told.whole.heard == "heard"
+    assert with_stirred(None, told) is None  # it is counted already
     able = ()
     assert with_stirred(None, verdict) is None
 
@@ -131,7 +133,7 @@ def wider(heard_only):
 
 
 def test_what_is_said_of_the_heard_modes_foretells_what_all_of_them_do(heard_only, wider):
-    told = _of_heard(wider, heard_only)
+    told = of_heard(wider, heard_only)
     assert len(told.parameters) == sum(told.law.sizes())
     assert told.coefficients.shape == heard_only.coefficients.shape
     assert told.frequency == pytest.approx(wider.frequency[:1])
@@ -170,7 +172,7 @@ def test_the_numbers_of_the_heard_modes_are_picked_in_every_take_and_condition()
 
     p = np.arange(float(sum(wide)))
     found = Fit(law, p, np.diag(p), np.arange(15.0)[None], p[None])
-    told = _of_heard(found, Fit(Law(2), p, p, p, p))
+    told = of_heard(found, Fit(Law(2), p, p, p, p))
     blocks = [p[at + k] for at in range(0, 40, 4) for k in (0, 1)]
     rub = [40, 41, 42, 45]  # its law, its share in the second mode along and across
     assert told.parameters.tolist() == blocks + rub + list(range(48, 48 + drag))
@@ -239,7 +241,7 @@ def test_one_effect_explains_all_where_no_more_than_noise_is_left(
     monkeypatch.setattr(stirred, "owes", lambda *_: owing)
     monkeypatch.setattr(stirred, "weakens", lambda *_: weak)
     monkeypatch.setattr(stirred, "judge", lambda *_: None)
-    monkeypatch.setattr(stirred, "_of_heard", lambda best, before: best)
+    monkeypatch.setattr(stirred, "of_heard", lambda best, before: best)
     rows = [(None, "declared"), *[("dry_friction", "before")] * effects]
     one = Candidate(("dry_friction",), "before", 1.0, 0.9, 0.9)
     before = Verdict("unexplained", tuple(rows), (one,) * effects, ((),) * effects, (one,), ())
@@ -291,25 +293,23 @@ def test_one_force_with_modes_that_nobody_heard_takes_the_place_of_two_effects(
 
     def found_by(heard, one):
         said = whole if one is before else alone
-        return said and Stirred(replace(one, verdict=said), heard, one.names[-1])
+        return said and replace(one, verdict=said, whole=Whole(heard, one.names[-1]))
 
     monkeypatch.setattr(stirred, "_of_all", found_by)
     monkeypatch.setattr(stirred, "sharpened", lambda found: ("sharp", found))
     monkeypatch.setattr(stirred, "judge", lambda names, found, declared: each[names[0]])
     monkeypatch.setattr(stirred, "bic", {"dry_friction": 1.0, "contact": 2.0}.get)
-    monkeypatch.setattr(
-        stirred, "_takes_the_place", lambda one, of: one.verdict.verdict == "explained"
-    )
+    monkeypatch.setattr(stirred, "_takes_the_place", lambda one, of: one.verdict == "explained")
     out = stirred.with_stirred(None, before)
     if told in (None, "both"):
-        assert (out and out.verdict.names) == (told and own)
+        assert (out and out.names) == (told and own)
         return
     rows = [(None, "declared")] + ([(law, law)] if law else [])
     rows.append((told, ("sharp", each[told].found)))
-    assert list(out.verdict.chain) == rows
-    assert out.verdict.names == tuple(name for name, _ in rows[1:])
+    assert list(out.chain) == rows
+    assert out.names == tuple(name for name, _ in rows[1:])
     likely = [name for name in known if name != told]
-    assert out.verdict.twins == ((),) * (len(rows) - 2) + (tuple(likely),)
+    assert out.twins == ((),) * (len(rows) - 2) + (tuple(likely),)
 
 
 @pytest.mark.parametrize(
@@ -326,7 +326,7 @@ def test_one_takes_the_place_of_two_where_it_tells_more(verdict, cost, ahead, ta
     known = {"one": (cost, ahead), "two": (2.0, 0.2)}
     monkeypatch.setattr(stirred, "bic", lambda found: known[found][0])
     monkeypatch.setattr(stirred, "errors", lambda found: SimpleNamespace(held_out=known[found][1]))
-    one = Stirred(SimpleNamespace(verdict=verdict), None, "one")
+    one = SimpleNamespace(verdict=verdict, whole=Whole(None, "one"))
     assert stirred._takes_the_place(one, SimpleNamespace(final="two")) is takes
 
 

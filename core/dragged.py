@@ -1,0 +1,132 @@
+"""A drag on all modes that the body may swing in, where few of them are heard beside it.
+
+Drag makes a mode die away as no exponential does, and modes that lie close together damp one
+another: what is heard are poles that no mode has, and a search from there goes astray. How far the
+body's pitches lie apart, and how the air takes hold of every mode, are known of the body; so
+nothing that was heard counts here but the strongest one's pitch.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from .carried import carrying
+from .effects import air_drag
+from .effects.further_mode import is_further
+from .joint import Heard
+from .law import Law, TimeFit
+from .residual import EVIDENCE, NOISY, QUIET, bic, errors
+from .settle import MUCH, STRAY
+from .stirred import LIGHT, LOOKS, SHARES, SILENT, of_heard, widened
+from .sufficiency import CLEARLY, at_a_bound, bends_the_body, owes
+from .time_layer import judge, vetoed
+from .timefit import conclude, walked
+from .verdict import Verdict, Whole, twins_of
+from .widen import begun
+
+DRAG = air_drag.EFFECT
+STRENGTHS = (0.05, 0.2, 0.5, 1.2)  # from which a drag is sought
+NEAR = 0.15  # of the strongest mode's pitch, within which another one may swing with it unheard
+SHARED = (0.5, -0.5)  # of its swing, from which that one's is sought, too
+FEWEST = 8  # modes: a strong drag damps those that were let go by what it makes the others do
+ENDS = 3  # of the searches that are looked at
+
+
+def with_drag(heard: Heard, verdict: Verdict) -> Verdict | None:
+    """The verdict that a drag on the body's lowest modes explains all; None where it does not, or
+    tells no more than what was found.
+    """
+    found = verdict.damped
+    if not _may_be_one(verdict, found) or any(e.marched for e in found.law.effects):
+        return None
+    wider = widened(heard, found, FEWEST)
+    if wider is None:
+        return None
+    more, law = wider
+    computed = heard.body.modes.frequency[list(more.match.modes)]
+    apart = np.log(computed / computed[0])
+    with_it = replace(law, effects=(*law.effects, DRAG))
+    able = [one for one in _fitted(with_it, found, apart) if _explains(one, found, apart)]
+    one = min(able, key=bic, default=None)
+    if one is None or not _tells_more(one, verdict):
+        return None
+    plain = min(_fitted(law, found, apart), key=bic)
+    if bic(one) > bic(plain) - EVIDENCE:  # all that it needs is the modes
+        return None
+    return _retold(verdict, Whole(more, one))
+
+
+def _may_be_one(verdict: Verdict, declared: TimeFit) -> bool:
+    """Whether a drag may act that was not found, or not alone: where something acts that is not all
+    told, or two effects of which it is one, and this recording can show it.
+    """
+    law, final, names = declared.law, verdict.final, verdict.names[verdict.laws :]
+    if not names and verdict.verdict != "unexplained":
+        return False
+    if DRAG.requires(law.setting, law.takes) or DRAG in law.effects:
+        return False
+    if names == (DRAG.name,) and verdict.whole:
+        return False
+    beside = len(names) > 1 and DRAG.name in names
+    return verdict.verdict == "unexplained" or beside or final.chi2 > QUIET * final.samples
+
+
+def _fitted(law: Law, found: TimeFit, apart: np.ndarray) -> list[TimeFit]:
+    """The best fits of a law whose modes lie, in logarithms, `apart` (N,) from the first one."""
+    K, N = found.law.modes, law.modes
+    outer = begun(
+        found, apart[K:], lambda _: LIGHT, lambda starts: (SILENT * np.hypot(*starts).max(), 0.0)
+    )
+    (a, b, _), pairs = law.sizes(), zip(found.law.effects, found.theta, strict=True)
+    inner = np.concatenate([np.zeros(0), *(t[0] for e, t in pairs if not is_further(e))])
+    strengths = [[s] for s in STRENGTHS] if DRAG in law.effects else [[]]
+    at, swing = outer[:a].reshape(-1, 2, N), outer[a : a + b].reshape(-1, 2, N)
+    at[:, 0] = at[:, 0, :1] + apart
+    at[:, 1] = LIGHT
+    swings = [swing]
+    for k in np.flatnonzero(np.abs(apart) < NEAR)[1:]:
+        for part in SHARED:
+            swings.append(swing.copy())
+            swings[-1][:, :, k] = part * swing[:, :, 0]
+    starts = [np.r_[at.ravel(), one.ravel(), inner, s] for one in swings for s in strengths]
+    tied = tuple((k, float(gap)) for k, gap in enumerate(apart) if k)
+    walks = walked(replace(law, tied=tied), np.array(starts), SHARES, LOOKS, most=ENDS)
+    walks = walked(law, np.array([p for p, _, _ in walks]), SHARES[-1:], LOOKS, most=ENDS)
+    return [carrying(conclude(law, p, jacobian)) for p, jacobian, _ in walks]
+
+
+def _explains(one: TimeFit, declared: TimeFit, apart: np.ndarray) -> bool:
+    """Whether a fit leaves nothing but noise, in modes that lie as far apart as the body's."""
+    if one.chi2 > NOISY * one.samples or owes(one, declared, CLEARLY):
+        return False
+    if vetoed(one) or bends_the_body(one) or at_a_bound(one, declared):
+        return False
+    off = np.log(one.frequency) - apart
+    off = np.abs(off - off[one.loudest])
+    return not (off[one.damping_ratio < MUCH] > STRAY).any()
+
+
+def _tells_more(one: TimeFit, verdict: Verdict) -> bool:
+    """Whether a drag leaves less than what was found, for its numbers, and foretells as much."""
+    best = verdict.whole.found if verdict.whole else verdict.final
+    margin = EVIDENCE if verdict.verdict == "explained" else 0.0
+    return errors(one).held_out <= errors(best).held_out and bic(one) < bic(best) - margin
+
+
+def _retold(verdict: Verdict, whole: Whole) -> Verdict:
+    """The verdict with a drag in place of what it names, its final fit that of the heard modes."""
+    known, declared = verdict.laws, verdict.damped
+    final = of_heard(whole.found, declared)
+    drag = replace(judge((DRAG.name,), whole.found, declared), found=final)
+    others = [c for c in verdict.ranked[known:] if DRAG.name not in c.names]
+    return replace(
+        verdict,
+        verdict="explained",
+        chain=(*verdict.chain[: known + 1], (DRAG.name, final)),
+        effects=(*verdict.effects[:known], drag),
+        twins=(*verdict.twins[:known], twins_of(drag, others)),
+        ranked=(*verdict.ranked[:known], drag, *others),
+        minor=(),
+        bare=None,
+        whole=whole,
+    )
