@@ -17,6 +17,7 @@ RESONANT = 0.06  # relative distance from a pitch
 LIVELIEST = 0.3  # of the first mode's damping ratio that a mode has at least
 HIDDEN = 0.31  # of a motion anywhere in space that a flat view shows at least, 19 times of 20
 UNSEEN = 0.2  # of the clearest direction: a support's motion seen less than that is not told
+CYCLES = 2.0  # in the longest take, fewer than which may be anything slow
 STILL = 1.2  # misfit per sample that a true line at resonance leaves at most
 
 
@@ -96,9 +97,10 @@ def rival(found):
 
 def veto(found):
     """A line at the first pitch and in its shape mimics whatever bends the envelope."""
-    setting, frequency = found.law.setting, np.exp(found.theta[-1][0][0])
-    if frequency * setting.duration < 2:
-        return "fewer than two cycles"
+    law, frequency = found.law, np.exp(found.theta[-1][0][0])
+    # what was held out of a take counts: a line must foretell it to be told
+    if frequency * max(np.ptp(law.takes[i].time) for i in law.fitted) < CYCLES:
+        return "too few cycles"
     near = _is_near(frequency, found.frequency[:1])
     if near and companion(found, 0) and found.chi2 > STILL * found.samples:
         return "it goes with the first mode"
