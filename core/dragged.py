@@ -1,4 +1,5 @@
-"""A drag on all modes that the body may swing in, where few of them are heard beside it.
+"""A drag on all modes that the body may swing in, where few of them are heard beside it, and what
+shows beside that.
 
 Drag makes a mode die away as no exponential does, and modes that lie close together damp one
 another: what is heard are poles that no mode has, and a search from there goes astray. How far the
@@ -10,16 +11,19 @@ from dataclasses import replace
 
 import numpy as np
 
+from .by_two import SHOWN
 from .carried import carrying
 from .effects import air_drag
+from .effects.base import FINE
 from .effects.further_mode import is_further
 from .joint import Heard
 from .law import Law, TimeFit
+from .refit import without
 from .residual import EVIDENCE, NOISY, QUIET, bic, errors
 from .settle import MUCH, STRAY
 from .stirred import LIGHT, LOOKS, SHARES, SILENT, of_heard, widened
 from .sufficiency import CLEARLY, at_a_bound, bends_the_body, owes
-from .time_layer import judge, vetoed
+from .time_layer import judge, seconds, vetoed
 from .timefit import conclude, walked
 from .verdict import Verdict, Whole, twins_of
 from .widen import begun
@@ -32,28 +36,50 @@ FEWEST = 8  # modes: a strong drag damps those that were let go by what it makes
 ENDS = 3  # of the searches that are looked at
 
 
-def with_drag(heard: Heard, verdict: Verdict) -> Verdict | None:
-    """The verdict that a drag on the body's lowest modes explains all; None where it does not, or
-    tells no more than what was found.
+def with_drag(heard: Heard, verdict: Verdict, *, beside: bool = False) -> Verdict | None:
+    """The verdict that a drag on the body's lowest modes explains all, or, where nothing was found
+    that does, such a drag and what shows `beside` it; None where these do not, or tell no more than
+    what was found.
     """
     found = verdict.damped
     if not _may_be_one(verdict, found) or any(e.marched for e in found.law.effects):
         return None
-    wider = widened(heard, found, FEWEST)
+    wider = widened(heard, found, FEWEST, FINE)
     if wider is None:
         return None
     more, law = wider
     computed = heard.body.modes.frequency[list(more.match.modes)]
     apart = np.log(computed / computed[0])
-    with_it = replace(law, effects=(*law.effects, DRAG))
-    able = [one for one in _fitted(with_it, found, apart) if _explains(one, found, apart)]
-    one = min(able, key=bic, default=None)
-    if one is None or not _tells_more(one, verdict):
+    drags = _fitted(replace(law, effects=(*law.effects, DRAG)), found, apart)
+    one = min((d for d in drags if _explains(d, found, apart)), key=bic, default=None)
+    if one is None:
+        able = beside and verdict.verdict == "unexplained"
+        return _with_another(verdict, more, drags, apart) if able else None
+    if not _tells_more(one, verdict):
         return None
     plain = min(_fitted(law, found, apart), key=bic)
     if bic(one) > bic(plain) - EVIDENCE:  # all that it needs is the modes
         return None
-    return _retold(verdict, Whole(more, one))
+    return _retold(verdict, more, [one])
+
+
+def _with_another(verdict: Verdict, more: Heard, drags: list[TimeFit], apart) -> Verdict | None:
+    """The verdict that the best of the `drags` and what shows beside it explain all."""
+    declared = verdict.damped
+    first = judge((DRAG.name,), min(drags, key=bic), declared)
+    if not first.share > SHOWN:
+        return None
+    (seen,) = seconds([first], [declared], declared)
+    able = (c.found for c in seen if not c.outdone)
+    both = next(
+        (c for c in able if _explains(c, declared, apart) and _tells_more(c, verdict)), None
+    )
+    if both is None:
+        return None
+    alone = without(both, len(both.law.effects) - 2)
+    if bic(both) > bic(alone) - EVIDENCE:  # all that the other one needs is the modes
+        return None
+    return _retold(verdict, more, [first.found, both])
 
 
 def _may_be_one(verdict: Verdict, declared: TimeFit) -> bool:
@@ -113,20 +139,25 @@ def _tells_more(one: TimeFit, verdict: Verdict) -> bool:
     return errors(one).held_out <= errors(best).held_out and bic(one) < bic(best) - margin
 
 
-def _retold(verdict: Verdict, whole: Whole) -> Verdict:
-    """The verdict with a drag in place of what it names, its final fit that of the heard modes."""
-    known, declared = verdict.laws, verdict.damped
-    final = of_heard(whole.found, declared)
-    drag = replace(judge((DRAG.name,), whole.found, declared), found=final)
-    others = [c for c in verdict.ranked[known:] if DRAG.name not in c.names]
+def _retold(verdict: Verdict, more: Heard, fits: list[TimeFit]) -> Verdict:
+    """The verdict with a drag, and what the last one of the `fits` has beside it, in place of what
+    it names, told by what each fit says of the heard modes.
+    """
+    known, declared, best = verdict.laws, verdict.damped, fits[-1]
+    told = [(one.law.effects[-1].name, of_heard(one, declared)) for one in fits]
+    final, names = told[-1][1], tuple(name for name, _ in told)
+    found = tuple(replace(judge((name,), best, declared), found=final) for name in names)
+    others = [c for c in verdict.ranked[known:] if c.names[0] not in names]
+    alone = replace(judge(names[:1], fits[0], declared), found=told[0][1])
+    twins = [twins_of(found[0], others)] if len(found) == 1 else [(), ()]
     return replace(
         verdict,
         verdict="explained",
-        chain=(*verdict.chain[: known + 1], (DRAG.name, final)),
-        effects=(*verdict.effects[:known], drag),
-        twins=(*verdict.twins[:known], twins_of(drag, others)),
-        ranked=(*verdict.ranked[:known], drag, *others),
+        chain=(*verdict.chain[: known + 1], *told),
+        effects=(*verdict.effects[:known], *found),
+        twins=(*verdict.twins[:known], *twins),
+        ranked=(*verdict.ranked[:known], alone, *others),
         minor=(),
         bare=None,
-        whole=whole,
+        whole=Whole(more, best),
     )

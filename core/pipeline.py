@@ -115,7 +115,7 @@ def calibrate_case(
         say(0.5, "Looking for what the model lacks")
         heard, verdict = second_hearing(heard, _diagnosed(heard), _diagnosed)
         verdict = with_stirred(heard, verdict) or verdict
-        verdict = with_drag(heard, verdict) or verdict
+        verdict = with_drag(heard, verdict, beside=True) or verdict
         heard = replace(heard, far=far if near else None)
         say(0.8, "Comparing pitches and shapes")
         stiff, sigma = converged()

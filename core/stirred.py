@@ -139,10 +139,12 @@ def _untouched(best: TimeFit, known: int) -> np.ndarray:
     return p
 
 
-def widened(heard: Heard, found: TimeFit, fewest: int = FEWEST) -> tuple[Heard, Law] | None:
+def widened(
+    heard: Heard, found: TimeFit, fewest: int = FEWEST, steps: int = MOST
+) -> tuple[Heard, Law] | None:
     """What was heard, and the law of `found` without its further modes, with the body's lowest
-    modes beside the heard ones, so many altogether or a few more than those; None where there are
-    none, or where loads part the takes.
+    modes beside the heard ones, so many altogether or a few more than those, that so many `steps`
+    per period of the first one can follow; None where there are none, or loads part the takes.
     """
     ground, old = whole_ground(heard), found.law
     if ground is None:
@@ -150,7 +152,7 @@ def widened(heard: Heard, found: TimeFit, fewest: int = FEWEST) -> tuple[Heard, 
     computed, (first, *_) = heard.body.modes.frequency, heard.match.modes
     scale = found.frequency[0] / computed[first]
     frame = max(heard.takes[i].frame for i in ground.fitted)
-    top = min(HIGHEST / 2 / frame / scale, MOST / OFTEN * computed[first])
+    top = min(HIGHEST / 2 / frame / scale, steps / OFTEN * computed[first])
     new, own = _unheard(heard, old, top, fewest)
     if not new:
         return None

@@ -23,7 +23,7 @@ class Law:
     takes: tuple = ()
 
 
-def fit_of(chi2, pitches=5.0 * COMPUTED, damping=0.02, ahead=0.1):
+def fit_of(chi2, pitches=5.0 * COMPUTED, damping=0.02, ahead=0.1, acts=("air_drag",)):
     """What is asked of a fit; of 100 samples, so that 130 is more than noise."""
     pitches = np.asarray(pitches, float)
     return SimpleNamespace(
@@ -34,7 +34,7 @@ def fit_of(chi2, pitches=5.0 * COMPUTED, damping=0.02, ahead=0.1):
         damping_ratio=np.broadcast_to(damping, pitches.shape),
         loudest=0,
         ahead=ahead,
-        law=Law(),
+        law=Law(tuple(SimpleNamespace(name=name, marched=False) for name in acts)),
     )
 
 
@@ -60,16 +60,16 @@ def plainly(monkeypatch):
         dragged, "judge", lambda names, found, declared: Candidate(names, found, 500.0, 0.9, 0.9)
     )
 
-    def asked(verdict, drag, plain=900.0):
+    def asked(verdict, drag, plain=900.0, **how):
         fits["drag"] = drag if isinstance(drag, list) else [drag]
         fits["plain"] = [fit_of(plain)]
-        return with_drag(heard, verdict)
+        return with_drag(heard, verdict, **how)
 
     return asked
 
 
 def verdict_of(said, *names, chi2=300.0, ahead=0.1, whole=None):
-    rows = [(None, fit_of(1000.0)), *((name, fit_of(chi2, ahead=ahead)) for name in names)]
+    rows = [(None, fit_of(1000.0, acts=())), *((name, fit_of(chi2, ahead=ahead)) for name in names)]
     own = tuple(Candidate((name,), rows[-1][1], 400.0, 0.8, 0.8) for name in names)
     return Verdict(said, tuple(rows), own, ((),) * len(own), own, (), whole=whole)
 
@@ -81,6 +81,33 @@ def test_a_drag_on_all_modes_takes_the_place_of_what_does_not_explain(plainly):
     assert told.chain[-1] == ("air_drag", ("heard of", best)) and len(told.chain) == 2
     assert told.whole.found is best
     assert [c.names for c in told.ranked] == [("air_drag",), ("dry_friction",), ("contact",)]
+
+
+@pytest.mark.parametrize(
+    ("share", "pair", "alone", "named"),
+    [
+        (0.6, 105.0, 400.0, ("air_drag", "contact")),
+        (0.2, 105.0, 400.0, None),
+        (0.6, 140.0, 400.0, None),
+        (0.6, 105.0, 110.0, None),
+    ],
+    ids=["both", "hardly a drag", "leaves more than noise", "no drag beside it"],
+)
+def test_a_drag_and_what_shows_beside_it_explain_together(
+    plainly, monkeypatch, share, pair, alone, named
+):
+    both = fit_of(pair, acts=("air_drag", "contact"))
+    two = Candidate(("air_drag", "contact"), both, 500.0, 0.99, 0.99)
+    monkeypatch.setattr(dragged, "judge", lambda n, found, _: Candidate(n, found, 9.0, share, 0.9))
+    monkeypatch.setattr(dragged, "seconds", lambda *_: [[two]])
+    monkeypatch.setattr(dragged, "without", lambda found, i: fit_of(alone))
+    before = verdict_of("unexplained", "relaxation")
+    told = plainly(before, fit_of(200.0), beside=True)
+    assert (told and told.names) == named
+    assert plainly(before, fit_of(200.0)) is None  # where two are yet to be sought
+    if told:
+        assert [name for name, _ in told.chain] == [None, *named]
+        assert told.whole.found is both and told.twins == ((), ())
 
 
 def test_a_law_of_damping_stays_before_it(plainly):
