@@ -82,7 +82,7 @@ def diagnose(
         minor = ((damping.names[0], gained(declared, damping.found)),)
         return replace(as_declared(), minor=minor)
     then = _told(damping.found, (widen, dragged), damping.found)
-    if then.effects and is_needless(then.final, declared):
+    if then.effects and is_needless(then.complete, declared):
         plain = as_declared()
         if plain.verdict == then.verdict and plain.names == then.names:
             return plain
@@ -165,7 +165,8 @@ def _diagnose(declared: TimeFit, by_body: tuple[Callable, Callable], start: Time
     if over < WEAK and not fails(declared) and more_modes(declared, strong):
         return Verdict("adequate", chain, (), (), ranked, ())
     if _may_drag_all(strong):
-        drag = dragged(partly(chain, strong[0], strong, ranked))
+        told = "explained" if sufficient(strong[0], ENOUGH) else "unexplained"
+        drag = dragged(replace(partly(chain, strong[0], strong, ranked), verdict=told))
         if drag:
             return drag
     strong = widened(strong, declared, widen)

@@ -54,7 +54,7 @@ def seated(ground: Recorded, rings: tuple) -> Recorded:
     try:
         off = _heard_pitches(ground, rings, asked)
         hung = off.pop(HUNG[0])
-        may_hang = all(takes[c].gravity is not None for c in laden)
+        may_hang = all(_is_pulled(take) for take in takes.values() if take.loads)
         hanging = may_hang and hang(off[PLAIN], hung, laden)
         seats = HUNG if hanging else told_by_pitches(off, laden)
         if seats is None:
@@ -90,19 +90,24 @@ def told_by_pitches(off: dict[Seat, dict], laden: list[int]) -> tuple[Seat, ...]
 
 
 def hang(fixed: dict, hung: dict, laden: list[int]) -> bool:
-    """Whether loads hang: under fixed ones some pitch is far off beside the loudest one, and under
-    loads that hang none is.
+    """Whether loads hang: under fixed ones some loud pitch is far off beside the loudest one, and
+    under loads that hang none is by more than a part of that.
 
     fixed, hung: what `told_by_pitches` has of one seat; laden: the conditions with loads.
     """
-    known = [pole for pole in hung if pole in fixed and pole[0] in laden]
-    if not known:
+    known = [pole for pole, (gain, _) in fixed.items() if gain > LOUD and pole[0] in laden]
+    if not known or any(pole not in hung for pole in known):
         return False
     loudest = max(known, key=lambda pole: hung[pole][0])
     far, near = (
         max(abs(told[pole][1] - told[loudest][1]) for pole in known) for told in (fixed, hung)
     )
     return far > ACROSS and near < MENDED * far
+
+
+def _is_pulled(take: Take) -> bool:
+    """Whether something hangs a known way there."""
+    return take.gravity is not None and bool(np.any(take.gravity))
 
 
 def on_narrow_feet(body: Body, take: Take) -> np.ndarray:
@@ -177,7 +182,7 @@ def on_seats(body: Body, take: Take) -> dict[Seat, Modes]:
     model, free, loads = body.model, body.model.free, take.loads
     operators = {
         seat: [load_operator(model, load, seat, take.gravity)[:, free] for load in loads]
-        for seat in (*SEATS, *HUNG[: take.gravity is not None])
+        for seat in (*SEATS, *HUNG[: _is_pulled(take)])
     }
     points = np.repeat(model.points, 3, axis=0)[free]
     K = model.stiffness[free][:, free]

@@ -42,6 +42,11 @@ class Verdict:
         return self.chain[-1][1]
 
     @property
+    def complete(self) -> TimeFit:
+        """The final fit, of all modes that it counts."""
+        return self.whole.found if self.whole else self.final
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Of the found effects."""
         return tuple(c.names[-1] for c in self.effects)

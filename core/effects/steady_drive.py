@@ -17,7 +17,7 @@ RESONANT = 0.06  # relative distance from a pitch
 LIVELIEST = 0.3  # of the first mode's damping ratio that a mode has at least
 HIDDEN = 0.31  # of a motion anywhere in space that a flat view shows at least, 19 times of 20
 UNSEEN = 0.2  # of the clearest direction: a support's motion seen less than that is not told
-CYCLES = 2.0  # in the longest take, fewer than which may be anything slow
+CYCLES = 2.0  # in the longest fitted take, what was held out of it included: fewer may be anything
 STILL = 1.2  # misfit per sample that a true line at resonance leaves at most
 
 

@@ -1,6 +1,6 @@
 """A drag on modes that nobody heard."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -48,7 +48,9 @@ def plainly(monkeypatch):
     monkeypatch.setattr(dragged, "DRAG", SimpleNamespace(name="air_drag", requires=lambda *_: ""))
     monkeypatch.setattr(dragged, "widened", lambda *_: (heard, Law()))
     monkeypatch.setattr(
-        dragged, "_fitted", lambda law, found, apart: fits["drag" if law.effects else "plain"]
+        dragged,
+        "_fitted",
+        lambda law, found, apart, begins: [fits["drag" if len(begins[0]) else "plain"]],
     )
     monkeypatch.setattr(dragged, "owes", lambda *_: False)
     monkeypatch.setattr(dragged, "vetoed", lambda *_: False)
@@ -84,25 +86,29 @@ def test_a_drag_on_all_modes_takes_the_place_of_what_does_not_explain(plainly):
 
 
 @pytest.mark.parametrize(
-    ("share", "pair", "alone", "named"),
+    ("share", "pair", "alone", "modes", "named"),
     [
-        (0.6, 105.0, 400.0, ("air_drag", "contact")),
-        (0.2, 105.0, 400.0, None),
-        (0.6, 140.0, 400.0, None),
-        (0.6, 105.0, 110.0, None),
+        (0.6, 105.0, 400.0, 400.0, ("air_drag", "contact")),
+        (0.2, 105.0, 400.0, 400.0, None),
+        (0.6, 140.0, 400.0, 400.0, None),
+        (0.6, 105.0, 110.0, 400.0, None),
+        (0.6, 105.0, 400.0, 110.0, None),
     ],
-    ids=["both", "hardly a drag", "leaves more than noise", "no drag beside it"],
+    ids=["both", "hardly a drag", "leaves more than noise", "without it", "from the modes alone"],
 )
 def test_a_drag_and_what_shows_beside_it_explain_together(
-    plainly, monkeypatch, share, pair, alone, named
+    plainly, monkeypatch, share, pair, alone, modes, named
 ):
     both = fit_of(pair, acts=("air_drag", "contact"))
+    both.law = Law((dragged.DRAG, *both.law.effects[1:]))
+    both.theta = [np.array([[0.2]]), np.zeros((1, 0))]
     two = Candidate(("air_drag", "contact"), both, 500.0, 0.99, 0.99)
     monkeypatch.setattr(dragged, "judge", lambda n, found, _: Candidate(n, found, 9.0, share, 0.9))
-    monkeypatch.setattr(dragged, "seconds", lambda *_: [[two]])
-    monkeypatch.setattr(dragged, "without", lambda found, i: fit_of(alone))
+    dropped = replace(two, outdone=True, found=fit_of(100.0, acts=("air_drag", "clock")))
+    monkeypatch.setattr(dragged, "seconds", lambda *_: [[dropped, two]])
+    monkeypatch.setattr(dragged, "without", lambda found, i: fit_of(alone if i == 0 else 0.0))
     before = verdict_of("unexplained", "relaxation")
-    told = plainly(before, fit_of(200.0), beside=True)
+    told = plainly(before, fit_of(200.0), modes, beside=True)
     assert (told and told.names) == named
     assert plainly(before, fit_of(200.0)) is None  # where two are yet to be sought
     if told:
@@ -115,6 +121,33 @@ def test_a_law_of_damping_stays_before_it(plainly):
     told = plainly(before, fit_of(105.0))
     assert told.names == ("structural_damping", "air_drag")
     assert told.chain[:2] == before.chain[:2]
+
+
+@pytest.mark.parametrize("doubt", ["owes", "vetoed", "bends_the_body", "at_a_bound"])
+def test_a_drag_that_is_in_doubt_is_none(plainly, monkeypatch, doubt):
+    monkeypatch.setattr(dragged, doubt, lambda *_: ["air_drag"])
+    assert plainly(verdict_of("unexplained", "contact"), fit_of(105.0)) is None
+
+
+def test_what_explains_gives_way_to_what_tells_clearly_more(plainly):
+    before = verdict_of("explained", "air_drag", "contact", chi2=120.0)
+    assert plainly(before, fit_of(110.0)) is None
+    assert plainly(before, fit_of(95.0)) is not None
+    assert plainly(replace(before, verdict="unexplained"), fit_of(110.0)) is not None
+
+
+def test_none_is_sought_where_this_recording_shows_none_or_one_is_declared(plainly, monkeypatch):
+    monkeypatch.setattr(dragged, "widened", lambda *_: 1 / 0)
+    before = verdict_of("unexplained", "contact")
+    drag = SimpleNamespace(name="air_drag", requires=lambda *_: "no computed mode fits")
+    with monkeypatch.context() as patch:
+        patch.setattr(dragged, "DRAG", drag)
+        assert plainly(before, fit_of(105.0)) is None
+    before.chain[0][1].law = Law((dragged.DRAG,))
+    dragged.DRAG.marched = True
+    assert plainly(before, fit_of(105.0)) is None
+    before.chain[0][1].law = Law((SimpleNamespace(name="dry_friction", marched=True),))
+    assert plainly(before, fit_of(105.0)) is None
 
 
 @pytest.mark.parametrize(
@@ -182,3 +215,15 @@ def test_a_strong_drag_is_told_though_hardly_a_mode_is_heard(seed, wrong, tmp_pa
     assert effect["parameters"]["coefficient"]["value"] == pytest.approx(planted, rel=0.1)
     modulus = report["youngs_modulus"]["material"]["value"]
     assert modulus == pytest.approx(truth["youngs_modulus"], rel=wrong)
+
+
+@pytest.mark.slow
+def test_an_uneven_stiffness_beside_a_strong_drag_is_told_with_it(tmp_path):
+    """A bracket of whose two near modes each damps the other: it was told as a creep beside it."""
+    truth = make("two:asymmetric_stiffness+air_drag", 604417, tmp_path)
+    report = calibrate_case(tmp_path / "case.toml").report["diagnosis"]
+    assert report["verdict"] == "explained"
+    told = {one["name"]: one["parameters"] for one in report["effects"]}
+    assert set(told) == {"air_drag", "asymmetric_stiffness"}
+    planted = truth["parameters"]["air_drag"]["coefficient"]
+    assert told["air_drag"]["coefficient"]["value"] == pytest.approx(planted, rel=0.15)

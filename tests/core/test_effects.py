@@ -348,13 +348,32 @@ def test_a_partner_that_parts_as_far_as_it_may_and_leaves_something_is_none(spli
 def test_a_line_is_at_resonance_by_the_pitch_that_is_fitted_beside_it(pitch, is_one):
     """Where the drive beats with it, the pitch that was heard at first is the drive's."""
     found = SimpleNamespace(
-        law=SimpleNamespace(setting=replace(setting(), omega=2 * np.pi * np.array([5.0])), own=1),
+        law=SimpleNamespace(
+            setting=replace(setting(), omega=2 * np.pi * np.array([5.0])),
+            own=1,
+            fitted=(0,),
+            takes=(SimpleNamespace(time=np.linspace(0, 5, 100)),),
+        ),
         theta=[np.array([[np.log(4.95)]])],
         frequency=np.array([pitch]),
         coefficients=np.array([[1.0], [0.5]]),
         column_shapes=lambda take=0: [np.array([[1.0, 0.2], [0.5, 0.1]])],
         chi2=300.0,
         samples=100,
+    )
+    assert (steady_drive.EFFECT.veto(found) == "") is is_one
+
+
+@pytest.mark.parametrize(("span", "is_one"), [(2.2, True), (1.8, False)])
+def test_a_line_has_two_cycles_in_what_was_fitted_and_held_out_together(span, is_one):
+    """Whatever was fitted of it: a line that is told has foretold the rest."""
+    take = SimpleNamespace(time=np.linspace(0, span, 100))
+    found = SimpleNamespace(
+        law=SimpleNamespace(
+            setting=replace(setting(), duration=2 / 3 * span), own=1, fitted=(0,), takes=(take,)
+        ),
+        theta=[np.array([[np.log(1.0)]])],
+        frequency=np.array([5.0]),
     )
     assert (steady_drive.EFFECT.veto(found) == "") is is_one
 

@@ -22,7 +22,8 @@ from core.elasticity import (
 )
 from core.modes import solve_modes
 from core.pipeline import calibrate_case
-from core.seat import SEATS, hang, on_narrow_feet, on_seats, told_by_pitches
+from core.seat import SEATS, hang, on_narrow_feet, on_seats, seated, told_by_pitches
+from core.settle import Recorded
 from tests.core.solids import block
 from tests.truth import make
 
@@ -73,8 +74,9 @@ def test_a_body_has_the_modes_on_each_seat_that_it_has_solved_in_full(body):
         assert not shapes[held].any()
 
 
-def test_no_load_hangs_where_gravity_is_not_known(body):
-    take = SimpleNamespace(**vars(body.case.takes[0]) | {"gravity": None})
+@pytest.mark.parametrize("gravity", [None, np.zeros(3)], ids=["not known", "none"])
+def test_no_load_hangs_where_nothing_pulls_it(body, gravity):
+    take = SimpleNamespace(**vars(body.case.takes[0]) | {"gravity": gravity})
     assert set(on_seats(body, take)) == set(SEATS)
 
 
@@ -233,6 +235,33 @@ def test_a_pitch_that_is_far_off_under_loads_that_hang_too_tells_of_none(bar, k,
         for seat, one in heard_alike(bar, PLAIN).items()
     }
     assert not hangs(moved)
+
+
+def test_what_is_hardly_heard_or_lost_tells_of_no_load_that_hangs(bar):
+    off = heard_alike(bar, HUNG[0])
+    assert hangs(off)
+    loud, faint = (1, 0), (1, 1)
+    hardly = {s: {loud: one[loud], faint: (0.01, one[faint][1])} for s, one in off.items()}
+    assert not hangs(hardly)
+    lost = off | {HUNG[0]: {p: told for p, told in off[HUNG[0]].items() if p != (1, 2)}}
+    assert not hangs(lost)
+
+
+@pytest.mark.parametrize("gravity", [GRAVITY, None], ids=["pulled", "not known"])
+def test_loads_hang_where_all_takes_that_have_some_know_which_way(bar, monkeypatch, gravity):
+    """Those held out, too."""
+    monkeypatch.setattr(seat_of_loads, "_heard_pitches", lambda *_: heard_alike(bar, HUNG[0]))
+    monkeypatch.setattr(seat_of_loads, "build_body", lambda case, bare, take, carried, seats: seats)
+    other = SimpleNamespace(**vars(bar.case.takes[0]) | {"gravity": gravity})
+    ground = Recorded(
+        takes=tuple(SimpleNamespace(take=take) for take in (other, bar.case.takes[0])),
+        condition=(0, 1),
+        bodies=(bar, bar),
+        rings=(),
+    )
+    monkeypatch.setattr(Recorded, "fitted", [1])
+    bodies = seated(ground, ()).bodies
+    assert bodies == ((HUNG, HUNG) if gravity is not None else (bar, bar))
 
 
 def test_what_swings_without_loads_does_not_tell_that_others_hang(bar):
