@@ -12,7 +12,7 @@ from dataclasses import replace
 from functools import partial
 
 from .alone import add_second
-from .by_two import SHOWN, by_two, unless_it_weakens
+from .by_two import by_two, unless_it_weakens
 from .carried import carrying
 from .damping import find_damping, is_needless
 from .decidable import undecidable
@@ -164,7 +164,8 @@ def _diagnose(declared: TimeFit, by_body: tuple[Callable, Callable], start: Time
         return Verdict("adequate", chain, (), (), ranked, minor)
     if over < WEAK and not fails(declared) and more_modes(declared, strong):
         return Verdict("adequate", chain, (), (), ranked, ())
-    if _may_drag_all(strong):
+    drags = bool(strong) and strong[0].names == (air_drag.EFFECT.name,)
+    if drags and strong[0].found.chi2 > NOISY * strong[0].found.samples:
         told = "explained" if sufficient(strong[0], ENOUGH) else "unexplained"
         drag = dragged(replace(partly(chain, strong[0], strong, ranked), verdict=told))
         if drag:
@@ -194,13 +195,6 @@ def _diagnose(declared: TimeFit, by_body: tuple[Callable, Callable], start: Time
     if both.verdict == "unexplained" and both.effects and alone and _lacks(alone):
         told = _pair(both, alone).evidence > EVIDENCE  # none explains: the likelier parts
     return both if alone is None or told else alone
-
-
-def _may_drag_all(strong: list[Candidate]) -> bool:
-    """Whether nothing tells all by itself with what was heard, and a drag takes its share."""
-    if not strong or strong[0].found.chi2 < QUIET * strong[0].found.samples:
-        return False
-    return any(c.names == (air_drag.EFFECT.name,) and c.share > SHOWN for c in strong)
 
 
 def _strong(seen: list[Candidate], declared: TimeFit) -> list[Candidate]:

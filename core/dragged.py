@@ -74,18 +74,19 @@ def with_drag(heard: Heard, verdict: Verdict, *, beside: bool = False) -> Verdic
 def _with_another(
     verdict: Verdict, wider: tuple[Heard, Law], drags: list[TimeFit], apart: np.ndarray
 ) -> Verdict | None:
-    """The verdict that one of the `drags` and what shows beside it explain all: the one that fits
-    best alone may have bent itself to what the other effect does. `wider`: what they are fits of,
-    but for the drag.
+    """The verdict that one of the `drags`, of which the best alone tells more than all that was
+    found, and what shows beside it explain all: the best one may have bent itself to what the other
+    effect does. `wider`: what they are fits of, but for the drag.
     """
     declared, (more, law) = verdict.damped, wider
+    first = min(drags, key=bic)
+    if not bic(first) < bic(verdict.complete):
+        return None
     firsts = [judge((DRAG.name,), one, declared) for one in drags]
-    firsts = [first for first in firsts if first.share > SHOWN]
-    seen = seconds(firsts, [declared] * len(firsts), declared) if firsts else []
+    seen = seconds(firsts, [declared] * len(firsts), declared)
     able = (c.found for some in seen for c in some if not c.outdone)
     able = (c for c in able if _explains(c, declared, apart, CLEARLY_BOTH))
     both = min((c for c in able if _tells_more(c, verdict)), key=bic, default=None)
-    first = min(drags, key=bic)
     if both is None or bic(both) > bic(first) - EVIDENCE:
         return None
     other, theta = both.law.effects[-1], both.theta[-1][0]
@@ -98,18 +99,21 @@ def _with_another(
 
 
 def _may_be_one(verdict: Verdict, declared: TimeFit) -> bool:
-    """Whether a drag may act that was not found, or not alone: where something acts that is not all
-    told, or two effects of which it is one, and this recording can show it.
+    """Whether a drag may act that was not found, or not alone, and the recording can show it: where
+    something acts that is not all told, or where all is, by two effects of which it is one, or by
+    what leaves a little while a drag takes its share, too.
     """
     law, final, names = declared.law, verdict.final, verdict.names[verdict.laws :]
-    if not names and verdict.verdict != "unexplained":
-        return False
     if DRAG.requires(law.setting, law.takes) or DRAG in law.effects:
         return False
-    if names == (DRAG.name,) and verdict.whole:
+    if verdict.verdict == "unexplained":
+        return True
+    if not names or (names == (DRAG.name,) and verdict.whole):
         return False
-    beside = len(names) > 1 and DRAG.name in names
-    return verdict.verdict == "unexplained" or beside or final.chi2 > QUIET * final.samples
+    if len(names) > 1 and DRAG.name in names:
+        return True
+    shows = any(c.names == (DRAG.name,) and c.share > SHOWN for c in verdict.ranked)
+    return shows and final.chi2 > QUIET * final.samples
 
 
 def _fitted(

@@ -70,10 +70,11 @@ def plainly(monkeypatch):
     return asked
 
 
-def verdict_of(said, *names, chi2=300.0, ahead=0.1, whole=None):
+def verdict_of(said, *names, chi2=300.0, ahead=0.1, whole=None, shown=0.0):
     rows = [(None, fit_of(1000.0, acts=())), *((name, fit_of(chi2, ahead=ahead)) for name in names)]
     own = tuple(Candidate((name,), rows[-1][1], 400.0, 0.8, 0.8) for name in names)
-    return Verdict(said, tuple(rows), own, ((),) * len(own), own, (), whole=whole)
+    ranked = (*own, Candidate(("air_drag",), rows[-1][1], 300.0, shown, 0.8)) if shown else own
+    return Verdict(said, tuple(rows), own, ((),) * len(own), ranked, (), whole=whole)
 
 
 def test_a_drag_on_all_modes_takes_the_place_of_what_does_not_explain(plainly):
@@ -86,31 +87,36 @@ def test_a_drag_on_all_modes_takes_the_place_of_what_does_not_explain(plainly):
 
 
 @pytest.mark.parametrize(
-    ("share", "pair", "alone", "modes", "named"),
+    ("drag", "pair", "alone", "modes", "named"),
     [
-        (0.6, 105.0, 400.0, 400.0, ("air_drag", "contact")),
-        (0.2, 105.0, 400.0, 400.0, None),
-        (0.6, 140.0, 400.0, 400.0, None),
-        (0.6, 105.0, 110.0, 400.0, None),
-        (0.6, 105.0, 400.0, 110.0, None),
+        (200.0, 105.0, 400.0, 400.0, ("air_drag", "contact")),
+        (310.0, 105.0, 400.0, 400.0, None),
+        (200.0, 140.0, 400.0, 400.0, None),
+        (200.0, 105.0, 110.0, 400.0, None),
+        (200.0, 105.0, 400.0, 110.0, None),
     ],
-    ids=["both", "hardly a drag", "leaves more than noise", "without it", "from the modes alone"],
+    ids=[
+        "both",
+        "less than was found",
+        "leaves more than noise",
+        "without it",
+        "from the modes alone",
+    ],
 )
 def test_a_drag_and_what_shows_beside_it_explain_together(
-    plainly, monkeypatch, share, pair, alone, modes, named
+    plainly, monkeypatch, drag, pair, alone, modes, named
 ):
     both = fit_of(pair, acts=("air_drag", "contact"))
     both.law = Law((dragged.DRAG, *both.law.effects[1:]))
     both.theta = [np.array([[0.2]]), np.zeros((1, 0))]
     two = Candidate(("air_drag", "contact"), both, 500.0, 0.99, 0.99)
-    monkeypatch.setattr(dragged, "judge", lambda n, found, _: Candidate(n, found, 9.0, share, 0.9))
     dropped = replace(two, outdone=True, found=fit_of(100.0, acts=("air_drag", "clock")))
     monkeypatch.setattr(dragged, "seconds", lambda *_: [[dropped, two]])
     monkeypatch.setattr(dragged, "without", lambda found, i: fit_of(alone if i == 0 else 0.0))
     before = verdict_of("unexplained", "relaxation")
-    told = plainly(before, fit_of(200.0), modes, beside=True)
+    told = plainly(before, fit_of(drag), modes, beside=True)
     assert (told and told.names) == named
-    assert plainly(before, fit_of(200.0)) is None  # where two are yet to be sought
+    assert plainly(before, fit_of(drag)) is None  # where two are yet to be sought
     if told:
         assert [name for name, _ in told.chain] == [None, *named]
         assert told.whole.found is both and told.twins == ((), ())
@@ -174,23 +180,24 @@ def test_no_drag_is_told_where_the_modes_alone_do_as_well(plainly):
 
 
 @pytest.mark.parametrize(
-    ("said", "names", "left", "asks"),
+    ("said", "names", "left", "shown", "asks"),
     [
-        ("unexplained", (), 300.0, True),
-        ("adequate", (), 300.0, False),
-        ("explained", ("dry_friction",), 105.0, False),
-        ("explained", ("dry_friction",), 125.0, True),
-        ("explained", ("air_drag",), 105.0, False),
-        ("explained", ("air_drag", "dry_friction"), 105.0, True),
-        ("explained", ("contact", "dry_friction"), 105.0, False),
+        ("unexplained", (), 300.0, 0.0, True),
+        ("adequate", (), 300.0, 0.5, False),
+        ("explained", ("dry_friction",), 105.0, 0.5, False),
+        ("explained", ("dry_friction",), 125.0, 0.5, True),
+        ("explained", ("dry_friction",), 125.0, 0.2, False),
+        ("explained", ("air_drag",), 105.0, 0.0, False),
+        ("explained", ("air_drag", "dry_friction"), 105.0, 0.0, True),
+        ("explained", ("contact", "dry_friction"), 105.0, 0.5, False),
     ],
 )
 def test_a_drag_is_sought_where_something_is_not_told_or_another_effect_stands_in(
-    plainly, monkeypatch, said, names, left, asks
+    plainly, monkeypatch, said, names, left, shown, asks
 ):
     seen = []
     monkeypatch.setattr(dragged, "widened", lambda *_: seen.append(1))
-    plainly(verdict_of(said, *names, chi2=left), fit_of(100.0))
+    plainly(verdict_of(said, *names, chi2=left, shown=shown), fit_of(100.0))
     assert bool(seen) is asks
 
 
