@@ -73,7 +73,7 @@ def diagnose(
     why = undecidable(free)
     if why:
         return Verdict("refused", ((None, declared),), (), (), (), (), why)
-    as_declared = partial(_told, declared, (widen, dragged), start or declared)
+    as_declared = partial(_told, declared, widen, start or declared, dragged)
     lacking = find_damping(declared, free)
     if lacking is None:
         return as_declared()
@@ -81,7 +81,7 @@ def diagnose(
     if _is_noise(declared):
         minor = ((damping.names[0], gained(declared, damping.found)),)
         return replace(as_declared(), minor=minor)
-    then = _told(damping.found, (widen, dragged), damping.found)
+    then = _told(damping.found, widen, damping.found, dragged)
     if then.effects and is_needless(then.complete, declared):
         plain = as_declared()
         if plain.verdict == then.verdict and plain.names == then.names:
@@ -103,8 +103,8 @@ def _is_noise(declared: TimeFit) -> bool:
     return quiet and not fails(declared)
 
 
-def _told(declared: TimeFit, by_body: tuple, start: TimeFit) -> Verdict:
-    verdict = _diagnose(declared, by_body, start)
+def _told(declared: TimeFit, widen: Callable, start: TimeFit, dragged: Callable) -> Verdict:
+    verdict = _diagnose(declared, widen, start, dragged)
     return verdict if verdict.whole else _if_all_told(_sharpened(verdict))
 
 
@@ -147,8 +147,8 @@ def sharpened(found: TimeFit) -> TimeFit:
     return carrying(opened(sharp(found)))
 
 
-def _diagnose(declared: TimeFit, by_body: tuple[Callable, Callable], start: TimeFit) -> Verdict:
-    chain, (widen, dragged) = ((None, declared),), by_body
+def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit, dragged: Callable) -> Verdict:
+    chain = ((None, declared),)
     over = excess(declared)
     if _is_noise(declared):
         return Verdict("adequate", chain, (), (), (), ())

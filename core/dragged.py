@@ -104,7 +104,7 @@ def _may_be_one(verdict: Verdict, declared: TimeFit) -> bool:
     what leaves a little while a drag takes its share, too.
     """
     law, final, names = declared.law, verdict.final, verdict.names[verdict.laws :]
-    if DRAG.requires(law.setting, law.takes) or DRAG in law.effects:
+    if DRAG.requires(law.setting, law.takes):
         return False
     if verdict.verdict == "unexplained":
         return True
@@ -141,7 +141,8 @@ def _fitted(
     held = replace(law, tied=tuple((k, float(gap)) for k, gap in enumerate(apart) if k))
     for first in held, law:
         walks = walked(first, np.array(starts), SHARES, LOOKS, most=MOST)
-        walks = walked(law, np.array([p for p, _, _ in walks]), SHARES[-1:], LOOKS, most=MOST)
+        if first is held:
+            walks = walked(law, np.array([p for p, _, _ in walks]), SHARES[-1:], LOOKS, most=MOST)
         yield [carrying(conclude(law, p, jacobian)) for p, jacobian, _ in walks]
 
 

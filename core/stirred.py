@@ -63,15 +63,15 @@ def with_stirred(heard: Heard, verdict: Verdict) -> Verdict | None:
         return whole
     each = (_of_all(heard, one) for one in _each_alone(verdict))
     able = [one for one in each if one and _takes_the_place(one, verdict)]
-    return min(able, key=lambda one: bic(one.whole.found), default=None)
+    return min(able, key=lambda one: bic(one.complete), default=None)
 
 
 def _takes_the_place(one: Verdict, of: Verdict) -> bool:
     """Whether one effect with modes that nobody heard explains, and tells more than those of a
     verdict do without, held out too.
     """
-    likelier = bic(one.whole.found) < bic(of.final)
-    ahead = errors(one.whole.found).held_out <= errors(of.final).held_out
+    likelier = bic(one.complete) < bic(of.final)
+    ahead = errors(one.complete).held_out <= errors(of.final).held_out
     return one.verdict == "explained" and likelier and ahead
 
 

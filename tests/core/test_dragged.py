@@ -142,16 +142,15 @@ def test_what_explains_gives_way_to_what_tells_clearly_more(plainly):
     assert plainly(replace(before, verdict="unexplained"), fit_of(110.0)) is not None
 
 
-def test_none_is_sought_where_this_recording_shows_none_or_one_is_declared(plainly, monkeypatch):
+def test_none_is_sought_where_this_recording_shows_none_or_a_force_is_declared(
+    plainly, monkeypatch
+):
     monkeypatch.setattr(dragged, "widened", lambda *_: 1 / 0)
     before = verdict_of("unexplained", "contact")
     drag = SimpleNamespace(name="air_drag", requires=lambda *_: "no computed mode fits")
     with monkeypatch.context() as patch:
         patch.setattr(dragged, "DRAG", drag)
         assert plainly(before, fit_of(105.0)) is None
-    before.chain[0][1].law = Law((dragged.DRAG,))
-    dragged.DRAG.marched = True
-    assert plainly(before, fit_of(105.0)) is None
     before.chain[0][1].law = Law((SimpleNamespace(name="dry_friction", marched=True),))
     assert plainly(before, fit_of(105.0)) is None
 

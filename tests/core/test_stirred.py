@@ -326,7 +326,7 @@ def test_one_takes_the_place_of_two_where_it_tells_more(verdict, cost, ahead, ta
     known = {"one": (cost, ahead), "two": (2.0, 0.2)}
     monkeypatch.setattr(stirred, "bic", lambda found: known[found][0])
     monkeypatch.setattr(stirred, "errors", lambda found: SimpleNamespace(held_out=known[found][1]))
-    one = SimpleNamespace(verdict=verdict, whole=Whole(None, "one"))
+    one = SimpleNamespace(verdict=verdict, complete="one")
     assert stirred._takes_the_place(one, SimpleNamespace(final="two")) is takes
 
 
