@@ -72,6 +72,24 @@ def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
     return _parts(chain, found, (able, ranked, strong))
 
 
+def or_their_twins(verdict: Verdict, candidates: tuple, over: float) -> Verdict:
+    """The verdict of two effects, the second of them sought beside the first; or that of two that a
+    twin of one of them makes beside the other, where these tell clearly more and neither does
+    without the other. candidates: single effects: all, and those that may be there alone.
+    """
+    (_, declared), *_ = chain = verdict.chain[:-2]
+    able, ranked = candidates
+    pair = judge(verdict.names, verdict.final, declared)
+    best, *_ = found = _stand(exchanged([pair], declared)) or [pair]
+    clearly = best.evidence > pair.evidence + EVIDENCE and sufficient(best, ENOUGH_BOTH)
+    if set(best.names) == set(pair.names) or not clearly:
+        return verdict
+    if one_of(declared, best.found, over, verdict.effects[0].evidence):
+        return verdict
+    rivals = [c for c in found if sufficient(c, ENOUGH_BOTH)]
+    return _two(chain, best, rivals, ranked, able)
+
+
 def _is_owed(one: Candidate, both: Candidate, declared: TimeFit) -> bool:
     """Whether the one owes an explanation of what it leaves, which is the other one of two that
     leave nothing but noise where they were fitted, and hardly more ahead, however small that is

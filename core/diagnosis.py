@@ -12,7 +12,7 @@ from dataclasses import replace
 from functools import partial
 
 from .alone import add_second
-from .by_two import by_two, unless_it_weakens
+from .by_two import by_two, or_their_twins, unless_it_weakens
 from .carried import carrying
 from .damping import find_damping, is_needless
 from .decidable import undecidable
@@ -220,6 +220,8 @@ def _one(chain, singles: tuple, over: float) -> tuple[Verdict | None, dict, bool
     if weakens(declared, strong[0]):
         return partly(chain, strong[0], strong, ranked), {}, True
     single, known = add_second(chain, strong, ranked, over)
+    if len(single.effects) > 1:
+        single = or_their_twins(single, (able, ranked), over)
     alone = unless_it_weakens(single, able)
     return alone, known, not _lacks(alone) and not _loud(alone, known)
 

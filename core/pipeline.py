@@ -25,6 +25,7 @@ from .joint import Heard, hear, laid_bare
 from .law import TimeFit
 from .modulus import find_modulus
 from .near_camera import as_seen_nearby
+from .on_all_modes import with_all_modes
 from .play import motion
 from .rehear import second_hearing
 from .residual import noise_share
@@ -116,6 +117,7 @@ def calibrate_case(
         heard, verdict = second_hearing(heard, _diagnosed(heard), _diagnosed)
         verdict = with_stirred(heard, verdict) or verdict
         verdict = with_drag(heard, verdict, beside=True) or verdict
+        verdict = with_all_modes(heard, verdict) or verdict
         heard = replace(heard, far=far if near else None)
         say(0.8, "Comparing pitches and shapes")
         stiff, sigma = converged()

@@ -6,7 +6,7 @@ from .effects.further_mode import is_further, ran_off
 from .foretold import doubt
 from .law import TRUST, TimeFit
 from .refit import without
-from .residual import AHEAD, NOISY, errors, excess, misfit, noise_share, strays
+from .residual import AHEAD, NOISY, OFF, errors, excess, misfit, noise_share, strays
 from .time_layer import EDGE, MATERIAL, Candidate, judge, refuted
 
 ENOUGH = 0.80  # share of the excess that one effect must take to be the explanation
@@ -159,7 +159,7 @@ def counts_second(first: Candidate, second: Candidate, over: float) -> bool:
     size = gained(first.found, second.found)
     nothing = second.found.chi2 < NOISY * second.found.samples and not fails(second.found)
     all_of_it = nothing and second.share >= ENOUGH_BOTH
-    ahead = strays(first.found, AHEAD) and (not fails(second.found) or strays(first.found))
+    ahead = strays(first.found, OFF) and (not fails(second.found) or strays(first.found))
     quiet = first.found.chi2 < NOISY * first.found.samples
     if ahead and (quiet or all_of_it) and second.held_share >= ENOUGH_BOTH:
         return True

@@ -6,9 +6,10 @@ from types import SimpleNamespace
 import pytest
 
 from core import by_two as module
-from core.by_two import by_two
+from core.by_two import by_two, or_their_twins
 from core.effects import dry_friction, relaxation
 from core.time_layer import EVIDENCE, Candidate
+from core.verdict import Verdict
 from tests.core.test_together import both_of, creeping_and_rubbed
 
 
@@ -215,3 +216,37 @@ def test_a_twin_of_the_lesser_of_two_does_nearly_what_that_one_does_beside_the_o
     two = module._two(((None, fit),), best, [best, near, far, other], (), alone)
     assert two.names == ("steady_drive", "air_drag")
     assert two.twins == (("base_motion",), ("dry_friction",))
+
+
+@pytest.mark.parametrize(
+    ("other", "more", "enough", "one", "taken"),
+    [
+        ("large_amplitude", 2.0, True, None, True),
+        ("large_amplitude", 0.5, True, None, False),
+        ("large_amplitude", 2.0, False, None, False),
+        ("large_amplitude", 2.0, True, "one of them alone", False),
+        ("asymmetric_stiffness", 2.0, True, None, False),
+    ],
+    ids=["twins tell more", "not clearly", "not enough", "one does alone", "the same two"],
+)
+def test_the_twins_of_two_take_their_place_where_they_tell_clearly_more(
+    monkeypatch, other, more, enough, one, taken
+):
+    """What shows beside the best single effect need not be there: that one may stand in for two."""
+    fit = SimpleNamespace(law=SimpleNamespace(effects=()), chi2=1.0, samples=1.0)
+    pair = Candidate(("asymmetric_stiffness", "relaxation"), fit, 100.0, 0.99, 0.99)
+    better = Candidate(("relaxation", other), fit, 100.0 + more * EVIDENCE, 0.99, 0.99)
+    for name, value in {
+        "exchanged": [better, pair],
+        "vetoed": False,
+        "turned": fit,
+        "sufficient": enough,
+        "one_of": one,
+    }.items():
+        monkeypatch.setattr(module, name, lambda *_, _value=value, **__: _value)
+    monkeypatch.setattr(module, "judge", lambda names, *_: replace(pair, names=names))
+    own = tuple(replace(pair, names=(name,)) for name in pair.names)
+    rows = ((None, fit), *((name, fit) for name in pair.names))
+    told = or_their_twins(Verdict("explained", rows, own, ((), ()), (), ()), ([], ()), 0.1)
+    names = better.names if taken else pair.names
+    assert told.names == names and [name for name, _ in told.chain] == [None, *names]

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core import dragged
+from core import dragged, lowest
 from core.dragged import with_drag
 from core.pipeline import calibrate_case
 from core.time_layer import Candidate
@@ -46,21 +46,24 @@ def plainly(monkeypatch):
 
     fits = {}
     monkeypatch.setattr(dragged, "DRAG", SimpleNamespace(name="air_drag", requires=lambda *_: ""))
-    monkeypatch.setattr(dragged, "widened", lambda *_: (heard, Law()))
-    monkeypatch.setattr(
-        dragged,
-        "_fitted",
-        lambda law, found, apart, begins: [fits["drag" if len(begins[0]) else "plain"]],
-    )
-    monkeypatch.setattr(dragged, "owes", lambda *_: False)
-    monkeypatch.setattr(dragged, "vetoed", lambda *_: False)
-    monkeypatch.setattr(dragged, "bends_the_body", lambda *_: False)
-    monkeypatch.setattr(dragged, "at_a_bound", lambda *_: [])
-    monkeypatch.setattr(dragged, "errors", lambda one: SimpleNamespace(held_out=one.ahead))
-    monkeypatch.setattr(dragged, "of_heard", lambda best, before: ("heard of", best))
-    monkeypatch.setattr(
-        dragged, "judge", lambda names, found, declared: Candidate(names, found, 500.0, 0.9, 0.9)
-    )
+    monkeypatch.setattr(lowest, "widened", lambda *_: (heard, Law()))
+    for module in dragged, lowest:
+        monkeypatch.setattr(
+            module,
+            "fitted",
+            lambda lowest, found, begins: [fits["drag" if len(begins[0]) else "plain"]],
+        )
+        monkeypatch.setattr(
+            module,
+            "judge",
+            lambda names, found, declared: Candidate(names, found, 500.0, 0.9, 0.9),
+        )
+    monkeypatch.setattr(lowest, "owes", lambda *_: False)
+    monkeypatch.setattr(lowest, "vetoed", lambda *_: False)
+    monkeypatch.setattr(lowest, "bends_the_body", lambda *_: False)
+    monkeypatch.setattr(lowest, "at_a_bound", lambda *_: [])
+    monkeypatch.setattr(lowest, "errors", lambda one: SimpleNamespace(held_out=one.ahead))
+    monkeypatch.setattr(lowest, "of_heard", lambda best, before: ("heard of", best))
 
     def asked(verdict, drag, plain=900.0, **how):
         fits["drag"] = drag if isinstance(drag, list) else [drag]
@@ -131,7 +134,7 @@ def test_a_law_of_damping_stays_before_it(plainly):
 
 @pytest.mark.parametrize("doubt", ["owes", "vetoed", "bends_the_body", "at_a_bound"])
 def test_a_drag_that_is_in_doubt_is_none(plainly, monkeypatch, doubt):
-    monkeypatch.setattr(dragged, doubt, lambda *_: ["air_drag"])
+    monkeypatch.setattr(lowest, doubt, lambda *_: ["air_drag"])
     assert plainly(verdict_of("unexplained", "contact"), fit_of(105.0)) is None
 
 
@@ -145,7 +148,7 @@ def test_what_explains_gives_way_to_what_tells_clearly_more(plainly):
 def test_none_is_sought_where_this_recording_shows_none_or_a_force_is_declared(
     plainly, monkeypatch
 ):
-    monkeypatch.setattr(dragged, "widened", lambda *_: 1 / 0)
+    monkeypatch.setattr(lowest, "widened", lambda *_: 1 / 0)
     before = verdict_of("unexplained", "contact")
     drag = SimpleNamespace(name="air_drag", requires=lambda *_: "no computed mode fits")
     with monkeypatch.context() as patch:
@@ -195,13 +198,13 @@ def test_a_drag_is_sought_where_something_is_not_told_or_another_effect_stands_i
     plainly, monkeypatch, said, names, left, shown, asks
 ):
     seen = []
-    monkeypatch.setattr(dragged, "widened", lambda *_: seen.append(1))
+    monkeypatch.setattr(lowest, "widened", lambda *_: seen.append(1))
     plainly(verdict_of(said, *names, chi2=left, shown=shown), fit_of(100.0))
     assert bool(seen) is asks
 
 
 def test_a_drag_that_is_told_so_is_not_sought_again(plainly, monkeypatch):
-    monkeypatch.setattr(dragged, "widened", lambda *_: 1 / 0)
+    monkeypatch.setattr(lowest, "widened", lambda *_: 1 / 0)
     told = verdict_of("explained", "air_drag", chi2=125.0, whole=Whole(None, fit_of(125.0)))
     assert plainly(told, fit_of(100.0)) is None
 
