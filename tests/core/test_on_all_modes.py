@@ -10,6 +10,8 @@ from core import on_all_modes as module
 from core.effects import TIME_EFFECTS, dry_friction, stiffness_drift
 from core.lowest import Lowest, in_place
 from core.on_all_modes import (
+    ALONE,
+    PLACES,
     RUBS,
     SPEED,
     STAGES,
@@ -17,10 +19,12 @@ from core.on_all_modes import (
     _begun,
     _End,
     _ended,
+    _further,
     _Search,
     with_all_modes,
 )
 from core.pipeline import calibrate_case
+from core.sufficiency import CLEARLY, CLEARLY_BOTH
 from core.time_layer import judge
 from core.timefit import extend, fit
 from core.verdict import Verdict
@@ -34,8 +38,8 @@ def test_what_acts_on_all_is_neither_at_a_place_nor_the_cameras_nor_read_off():
     }  # fmt: skip
 
 
-def fit_of(chi2, told=True, effects=2):
-    """What is asked of a fit, of 100 samples."""
+def fit_of(chi2, told=1.0, effects=2):
+    """What is asked of a fit, of 100 samples; `told`: what `clearly` must be that it explains."""
     law = SimpleNamespace(effects=(None,) * effects)
     return SimpleNamespace(chi2=chi2, samples=100, told=told, law=law, theta=[np.zeros((1, 1))] * 2)
 
@@ -44,7 +48,7 @@ def fit_of(chi2, told=True, effects=2):
 def plainly(monkeypatch):
     """Searches that end where they are told to."""
     given = {"alone": 900.0, "plain": 900.0, "weakens": False, "broken": False}
-    given |= {"refuted": (), "turned": fit_of(1.0)}
+    given |= {"refuted": (), "turned": fit_of(1.0), "first": None, "second": None}
 
     def search(names, misfit):
         effects = tuple(SimpleNamespace(name=name) for name in names)
@@ -60,8 +64,8 @@ def plainly(monkeypatch):
         "turned": lambda found: given["turned"],
         "refuted": lambda found: found in given["refuted"],
         "is_broken": lambda *_: given["broken"],
-        "explains": lambda found, declared, apart, clearly: found.told,
-        "without": lambda found, i: fit_of(given["alone"]),
+        "explains": lambda found, declared, apart, clearly: clearly >= found.told > 0,
+        "without": lambda found, i: fit_of(given["first" if i else "second"] or given["alone"]),
         "with_effects": lambda lowest, *effects: lowest,
         "least_of": lambda *_: given["plain"],
         "judge": lambda names, found, declared: SimpleNamespace(names=names, found=found),
@@ -101,8 +105,70 @@ def test_the_best_of_what_explains_is_told_and_what_tells_as_much_is_its_twin(pl
     }  # fmt: skip
 
 
+def test_of_two_that_one_is_told_first_which_leaves_less_alone(plainly):
+    ends = {("relaxation", "air_drag"): fit_of(101.0)}
+    for first, second in (300.0, 500.0), (500.0, 300.0):
+        _, fits, _, alone = plainly(ends, first=first, second=second)
+        names = ["relaxation", "air_drag"][:: 1 if first < second else -1]
+        assert [name for name, _ in fits] == names and fits[0][1] is alone[names[0]]
+        assert (alone["relaxation"].chi2, alone["air_drag"].chi2) == (first, second)
+
+
+def test_what_does_not_tell_all_is_no_twin(plainly):
+    names, other = ("stiffness_drift", "dry_friction"), ("large_amplitude", "dry_friction")
+    assert plainly({names: fit_of(101.0), other: fit_of(104.0, told=0.0)})[2] == ((), ())
+
+
+def test_two_are_judged_more_strictly_than_one(plainly):
+    nearly = fit_of(101.0, told=(CLEARLY + CLEARLY_BOTH) / 2)
+    assert plainly({("relaxation",): nearly})[0] == "explained"
+    assert plainly({("relaxation", "air_drag"): nearly})[0] == "unexplained"
+
+
+def test_few_go_on_to_the_end(plainly):
+    names = [("relaxation",), ("steady_drive",), ("stiffness_drift",)]
+    ends = {name: fit_of(103.0 - n) for n, name in enumerate(names)}
+    misfits = {name: 1.0 + 0.1 * n for n, name in enumerate(names)}
+    *_, most = STAGES[-1]
+    assert plainly(ends, misfits=misfits)[1][0][0] == names[most - 1][0]
+
+
+def test_a_search_goes_on_from_its_best_places(monkeypatch):
+    walks = [(np.array([3.0]), None, 7.0), (np.array([1.0]), None, 9.0)]
+    monkeypatch.setattr(module, "walked", lambda law, places, shares, looks, most: walks)
+    gone = _further(_Search(SimpleNamespace(law=None), (), np.zeros((5, 1))), 0.3, 8)
+    assert gone.misfit == 7.0 and gone.places.tolist() == [[3.0], [1.0]]
+
+
+def test_each_begins_where_it_promises_most_and_a_drag_alone_not_again(monkeypatch):
+    effect = SimpleNamespace(name="relaxation")
+    one = SimpleNamespace(effect=effect, begins=[(1.0,), (2.0,), (3.0,)], promise=np.r_[1, 5, 2])
+    for name, value in {
+        "able": lambda found, effects: effects,
+        "entries": lambda found, effects: [one],
+        "with_effects": lambda lowest, *effects: effects,
+        "starts_of": lambda lowest, found, begins: begins,
+    }.items():
+        monkeypatch.setattr(module, name, value)
+    setting = SimpleNamespace(places=np.arange(20.0)[:, None])
+    law = SimpleNamespace(setting=setting)
+    found = {
+        tuple(e.name for e in one.effects): one.places
+        for one in _begun(SimpleNamespace(law=law), None)
+    }
+    assert set(found) == {
+        ("relaxation",), ("dry_friction",), ("relaxation", "dry_friction"),
+        ("relaxation", "air_drag"),
+    }  # fmt: skip
+    assert np.array_equal(found["relaxation",], [[2.0]])
+    assert {p[0] for p in found["relaxation", "air_drag"]} == {2.0}
+    rubs, beside = found["dry_friction",], found["relaxation", "dry_friction"]
+    assert {p[-1] for p in rubs} == set(range(ALONE)) and len(rubs) == len(RUBS) * ALONE
+    assert {p[-1] for p in beside} == set(range(PLACES)) and {p[0] for p in beside} == {2.0}
+
+
 def test_one_alone_is_told_and_ranked_with_others_of_all_modes(plainly):
-    best, other = fit_of(101.0), fit_of(300.0, told=False)
+    best, other = fit_of(101.0), fit_of(300.0, told=0.0)
     ends = {("stiffness_drift",): best, ("relaxation",): other}
     said, fits, _, alone = plainly(ends)
     assert said == "explained" and fits == [("stiffness_drift", best)]
@@ -110,12 +176,12 @@ def test_one_alone_is_told_and_ranked_with_others_of_all_modes(plainly):
 
 
 def test_what_explains_goes_before_what_leaves_less_and_does_not(plainly):
-    ends = {("stiffness_drift",): fit_of(110.0), ("relaxation",): fit_of(101.0, told=False)}
+    ends = {("stiffness_drift",): fit_of(110.0), ("relaxation",): fit_of(101.0, told=0.0)}
     assert plainly(ends)[1][0][0] == "stiffness_drift"
 
 
 def test_parts_are_told_where_far_less_is_left(plainly):
-    pair = {("stiffness_drift", "dry_friction"): fit_of(200.0, told=False)}
+    pair = {("stiffness_drift", "dry_friction"): fit_of(200.0, told=0.0)}
     assert plainly(pair)[0] == "unexplained"
     assert plainly(pair, left=400.0) is None  # 1 beyond noise per sample, and 3 before
 
@@ -139,14 +205,14 @@ def test_a_rub_that_weakens_explains_nothing(plainly):
     pair, rub, other = ("relaxation", "dry_friction"), ("dry_friction",), ("relaxation", "air_drag")
     assert plainly({pair: fit_of(101.0)}, weakens=True) is None
     assert plainly({rub: fit_of(101.0)}, weakens=True) is None
-    assert plainly({rub: fit_of(200.0, told=False)}, weakens=True)[0] == "unexplained"  # a part
+    assert plainly({rub: fit_of(200.0, told=0.0)}, weakens=True)[0] == "unexplained"  # a part
     assert plainly({other: fit_of(101.0)}, weakens=True) is not None
     assert plainly({other: fit_of(101.0)}, weakens=True, found=rub) is None
     assert plainly({other: fit_of(101.0)}, weakens=False, found=rub) is not None
 
 
 def test_parts_give_way_to_a_sudden_change_that_tells_more(plainly):
-    part = {("relaxation",): fit_of(200.0, told=False)}
+    part = {("relaxation",): fit_of(200.0, told=0.0)}
     assert plainly(part, broken=True) is None
     assert plainly({("relaxation",): fit_of(101.0)}, broken=True) is not None
 
