@@ -1,5 +1,6 @@
 """What acts on all of the body or damps it, alone or by two, on modes that nobody heard."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from core import lowest
 from core import on_all_modes as module
 from core.effects import TIME_EFFECTS, dry_friction, stiffness_drift
-from core.lowest import Lowest, in_place
+from core.lowest import LIGHT, Lowest, in_place, starts_of
 from core.on_all_modes import (
     ALONE,
     PLACES,
@@ -280,6 +281,24 @@ def test_searches_begin_with_what_damps_last_and_each_with_its_own_numbers():
             assert np.allclose(one.places[:, -1], np.log(SPEED))
 
 
+@pytest.mark.parametrize(("apart", "swings"), [(0.1, [None, 0.5, -0.5]), (0.5, [None])])
+def test_modes_begin_where_the_body_has_them_and_near_ones_swing_too(apart, swings):
+    found = declared(channels(moved()))
+    law = replace(found.law, reference=np.tile(found.law.reference, (2, 1)))
+    starts = starts_of(Lowest(None, law, np.array([0.0, apart])), found, [np.zeros(0)])
+    pitch = np.log(found.frequency[0])
+    assert np.allclose(starts[:, :2], [pitch, pitch + apart])
+    assert np.allclose(starts[:, 2:4], LIGHT)  # what acts has damped the heard one more
+    assert len(starts) == len(swings)
+    for start, part in zip(starts, swings, strict=True):
+        own = found.parameters[2:]  # place and speed of the first mode at the release
+        assert np.allclose(start[4::2], own)
+        if part is not None:
+            assert np.allclose(start[5::2], part * own)
+        else:
+            assert np.abs(start[5::2]).max() < 0.01 * np.abs(own).max()
+
+
 def test_one_of_two_effects_is_fitted_without_the_other():
     found = declared(channels(moved(Rub(0.03, 0.05))))
     effects = stiffness_drift.EFFECT, dry_friction.EFFECT
@@ -310,7 +329,8 @@ def test_what_is_told_is_ranked_by_fits_of_as_many_modes(monkeypatch):
     plain = in_place(verdict, "all", [("dry_friction", rub)])
     assert plain.bare is drift  # unlike the others, which were fitted with the heard modes
     two = [("stiffness_drift", drift), ("dry_friction", rub)]
-    assert in_place(verdict, "all", two, twins=(("x",), ())).twins == (("x",), ())
+    parts = in_place(verdict, "all", two, said="unexplained", twins=(("x",), ()))
+    assert parts.verdict == "unexplained" and parts.twins == (("x",), ())
 
 
 @pytest.mark.slow
