@@ -59,6 +59,10 @@ class _Search:
     places: np.ndarray  # (S, p)
     misfit: float = np.inf
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(effect.name for effect in self.effects)
+
 
 @dataclass(frozen=True, eq=False)
 class _End:
@@ -69,7 +73,7 @@ class _End:
 
     @property
     def names(self) -> tuple[str, ...]:
-        return tuple(effect.name for effect in self.search.effects)
+        return self.search.names
 
     @cached_property
     def alone(self) -> dict[str, TimeFit]:
@@ -84,14 +88,18 @@ class _End:
 
 def with_all_modes(heard: Heard, verdict: Verdict) -> Verdict | None:
     """The verdict that one such effect on the body's lowest modes explains all, or one beside one
-    that damps, or that these are parts of it; None where something explains already, or none leave
-    far less than what was found.
+    that damps, or that these are parts of it; where two effects explain, that one of them does so
+    alone, and tells more: the other one has stood in for modes. None where none of that is so.
     """
-    declared = verdict.damped
-    lowest = lowest_of(heard, declared) if verdict.verdict == "unexplained" else None
+    declared, two = verdict.damped, _two_explain(verdict)
+    seeks = two or verdict.verdict == "unexplained"
+    lowest = lowest_of(heard, declared) if seeks else None
     if lowest is None:
         return None
     searches = _begun(lowest, declared)
+    if two:
+        own = verdict.names[verdict.laws :]
+        searches = [one for one in searches if len(one.names) < 2 and one.names[0] in own]
     for share, looks, behind, most in STAGES:
         searches = in_step_by_parts([partial(_further, one, share, looks) for one in searches])
         searches = sorted(searches, key=lambda one: one.misfit)[:most]
@@ -100,11 +108,20 @@ def with_all_modes(heard: Heard, verdict: Verdict) -> Verdict | None:
     ends = [_End(one, found) for one, found in zip(searches, fits, strict=True)]
     ends = sorted((end for end in ends if _is_one(end)), key=lambda end: bic(end.found))
     alone = {end.names[0]: end.found for end in ends if len(end.names) < 2}
-    less = [end for end in ends if _leaves_less(end.found, verdict)]
+    less = [end for end in ends if tells_more(end.found, verdict)]
+    if not two:
+        less = [end for end in less if excess(end.found) < LESS * excess(verdict.complete)]
     told = [end for end in less if end.explains(declared)]
-    needed = (end for end in told or less if _is_needed(end, lowest, declared, alone))
+    some = told if told or two else less
+    needed = (end for end in some if _is_needed(end, lowest, declared, alone))
     best = next((end for end in needed if not _is_a_foil(end, verdict, bool(told))), None)
     return best and _told(verdict, best, told, alone)
+
+
+def _two_explain(verdict: Verdict) -> bool:
+    """Whether two effects explain, by what the heard modes say alone."""
+    two = len(verdict.effects) - verdict.laws > 1
+    return two and verdict.verdict == "explained" and not verdict.whole
 
 
 def _begun(lowest: Lowest, declared: TimeFit) -> list[_Search]:
@@ -163,11 +180,6 @@ def _best_from(one: _Search, places: np.ndarray, looks: int) -> TimeFit:
 def _is_one(end: _End) -> bool:
     """Whether each effect of a fit is one, and no plainer one does as well."""
     return not refuted(end.found) and not (len(end.names) > 1 and refuted(turned(end.found)))
-
-
-def _leaves_less(found: TimeFit, verdict: Verdict) -> bool:
-    """Whether a fit leaves far less than what was found, held out too."""
-    return excess(found) < LESS * excess(verdict.complete) and tells_more(found, verdict)
 
 
 def _is_needed(end: _End, lowest: Lowest, declared: TimeFit, alone: dict) -> bool:

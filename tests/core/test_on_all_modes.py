@@ -77,14 +77,15 @@ def plainly(monkeypatch):
     for name, value in values.items():
         monkeypatch.setattr(module, name, value)
 
-    def asked(ends, said="unexplained", left=1000.0, misfits=None, found=(), **how):
+    def asked(ends, said="unexplained", left=1000.0, misfits=None, found=(), whole=None, **how):
         given.update(how, ends=ends)
         ranked = [SimpleNamespace(names=(name,)) for name in found]
         some = [search(names, (misfits or {}).get(names, 1.0)) for names in ends]
         monkeypatch.setattr(module, "_begun", lambda *_: some)
         verdict = SimpleNamespace(
-            verdict=said, damped=None, complete=fit_of(left), names=found, laws=0, ranked=ranked
-        )
+            verdict=said, damped=None, complete=fit_of(left), names=found, laws=0, ranked=ranked,
+            effects=found, whole=whole,
+        )  # fmt: skip
         return with_all_modes(None, verdict)
 
     return asked
@@ -232,7 +233,22 @@ def test_what_foretells_less_than_what_was_found_is_not_told(plainly, monkeypatc
 
 
 def test_nothing_is_sought_where_all_is_told(plainly):
-    assert plainly({("relaxation",): fit_of(101.0)}, said="explained") is None
+    ends = {("relaxation",): fit_of(101.0)}
+    assert plainly(ends, said="explained") is None
+    assert plainly(ends, said="explained", found=("relaxation",)) is None
+
+
+def test_one_takes_the_place_of_two_where_it_explains_with_modes_that_nobody_heard(plainly):
+    """However little the two leave: one of them has stood in for these modes."""
+    two, one = ("stiffness_drift", "steady_drive"), fit_of(98.0)
+    asked = {"said": "explained", "found": two, "left": 110.0}
+    ends = {("stiffness_drift",): one, ("relaxation",): fit_of(90.0)}
+    ends[("steady_drive", "dry_friction")] = fit_of(80.0)
+    assert plainly(ends, **asked)[:2] == ("explained", [("stiffness_drift", one)])
+    assert plainly({("stiffness_drift",): fit_of(98.0, told=0.0)}, **asked) is None
+    assert plainly({("stiffness_drift",): fit_of(111.0)}, **asked) is None
+    assert plainly({("relaxation",): fit_of(90.0)}, **asked) is None
+    assert plainly(ends, **asked, whole="all modes") is None
 
 
 def test_what_lags_far_behind_on_a_share_of_the_record_ends_there(plainly):
