@@ -1,8 +1,8 @@
 """The best single effect, and a second one beside it."""
 
 from .law import TimeFit
-from .residual import NOISY, OFF, excess, misfit, strays
-from .sufficiency import counts_second, gained, one_of
+from .residual import NOISY, excess, misfit
+from .sufficiency import counts_second, fails, gained, one_of
 from .time_layer import EVIDENCE, MATERIAL, Candidate, seconds
 from .verdict import Verdict, twins_of
 
@@ -18,7 +18,7 @@ def add_second(chain, strong: list[Candidate], ranked, over: float) -> tuple[Ver
     """
     best, more, known = strong[0], [], {}
     more_left = excess(best.found) > MATERIAL and best.found.chi2 > NOISY * best.found.samples
-    if more_left or strays(best.found, OFF):
+    if more_left or fails(best.found):
         left = _left(best.found)  # no pair can gain more than this over the best
         firsts = [c for c in strong[:RIVALS] if c.evidence >= best.evidence - left]
         found = [c.found for c in firsts]

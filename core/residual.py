@@ -12,7 +12,6 @@ QUIET = 1.1  # misfit per sample below which there is nothing to look for
 NOISY = 1.3  # misfit per sample above which noise alone is no explanation
 FAR_OFF = 2.0  # times its noise, from which a held-out error is that of something not modelled
 AHEAD = 1.5  # the same, from which what an effect leaves ahead shows a second one, or a better fit
-OFF = 1.2  # the same, from which a second one is sought beside what may stand in for two
 SHARE = 0.2  # of what is left, that a wider law must take: less may be what acts in time
 EVIDENCE = 20.0  # gain in BIC that it must bring
 

@@ -6,7 +6,7 @@ from .effects.further_mode import is_further, ran_off
 from .foretold import doubt
 from .law import TRUST, TimeFit
 from .refit import without
-from .residual import AHEAD, NOISY, OFF, errors, excess, misfit, noise_share, strays
+from .residual import AHEAD, NOISY, errors, excess, misfit, noise_share, strays
 from .time_layer import EDGE, MATERIAL, Candidate, judge, refuted
 
 ENOUGH = 0.80  # share of the excess that one effect must take to be the explanation
@@ -152,15 +152,29 @@ def counts_second(first: Candidate, second: Candidate, over: float) -> bool:
 
     It may be small beside the first where it leaves nothing but noise, held out too. Where the
     first is off ahead, what mends that, or nearly all of it where it is far off, counts, however
-    little it is: if the first tells what was fitted, or the second all that it leaves there.
+    little it is: if the first tells what was fitted, or the second all that it leaves there. So
+    does what leaves noise ahead where a first that tells what was fitted leaves more: that may have
+    bent itself to nearly what two others do.
     """
     if bends_the_body(second.found):
         return False
     size = gained(first.found, second.found)
     nothing = second.found.chi2 < NOISY * second.found.samples and not fails(second.found)
     all_of_it = nothing and second.share >= ENOUGH_BOTH
-    ahead = strays(first.found, OFF) and (not fails(second.found) or strays(first.found))
+    ahead = strays(first.found, AHEAD) and (not fails(second.found) or strays(first.found))
     quiet = first.found.chi2 < NOISY * first.found.samples
     if ahead and (quiet or all_of_it) and second.held_share >= ENOUGH_BOTH:
         return True
+    if quiet and _mends(first.found, second.found):
+        return True
     return adds(first, second) and (size >= SECOND_SIZE * over or all_of_it)
+
+
+def _mends(first: TimeFit, second: TimeFit) -> bool:
+    """Whether a fit leaves noise of what was held out where another one leaves more, and takes
+    nearly all of that.
+    """
+    if not fails(first) or fails(second):
+        return False
+    (before, count), (after, _) = (misfit(f.law.takes, f.predicted, True) for f in (first, second))
+    return before - after > ENOUGH_BOTH * (before - count)

@@ -1000,6 +1000,34 @@ def test_what_mends_the_tail_counts_as_a_second_effect():
 
 
 @pytest.mark.parametrize(
+    ("ahead", "left", "quiet", "counts"),
+    [
+        (1.35, 1.0, True, True),
+        (1.35, 1.1, True, False),  # a quarter of it is left
+        (1.35, 1.0, False, False),  # the first one does not tell what was fitted
+        (1.1, 1.0, True, False),  # what is left ahead may be noise
+    ],
+)
+def test_what_leaves_noise_ahead_counts_beside_what_leaves_a_little_more(
+    ahead, left, quiet, counts
+):
+    """One effect may bend itself to nearly what two others do."""
+    found = declared(channels(moved(seed=1)))
+    data = found.law.takes[0]
+    held, noise = ~data.fit[:, None], NOISE * np.random.default_rng(2).standard_normal((480, 4))
+
+    def leaves(times, chi2=1.0):
+        """So many times the noise ahead."""
+        predicted = np.where(held, data.values - times * noise, found.predicted[0])
+        return replace(found, predicted=(predicted,), chi2=chi2 * found.chi2)
+
+    first = judge(("asymmetric_stiffness",), leaves(ahead, 1 if quiet else 1.5), leaves(3.0))
+    second = judge(("relaxation",), leaves(left), first.found)
+    assert not strays(first.found, AHEAD)
+    assert counts_second(first, second, 0.1) is counts
+
+
+@pytest.mark.parametrize(
     ("ahead", "left", "counts"),
     [
         (2.0, 0.0, True),
