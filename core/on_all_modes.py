@@ -119,8 +119,10 @@ def with_all_modes(heard: Heard, verdict: Verdict) -> Verdict | None:
 
 
 def _two_explain(verdict: Verdict) -> bool:
-    """Whether two effects explain, by what the heard modes say alone."""
-    two = len(verdict.effects) - verdict.laws > 1
+    """Whether two effects explain, by what the heard modes say alone, and one is sought here."""
+    own = verdict.names[verdict.laws :]
+    sought = {RUB.name, *(e.name for e in TIME_EFFECTS if _acts_on_all(e))}
+    two = len(own) > 1 and not sought.isdisjoint(own)
     return two and verdict.verdict == "explained" and not verdict.whole
 
 

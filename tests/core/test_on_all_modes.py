@@ -84,7 +84,7 @@ def plainly(monkeypatch):
         monkeypatch.setattr(module, "_begun", lambda *_: some)
         verdict = SimpleNamespace(
             verdict=said, damped=None, complete=fit_of(left), names=found, laws=0, ranked=ranked,
-            effects=found, whole=whole,
+            whole=whole,
         )  # fmt: skip
         return with_all_modes(None, verdict)
 
@@ -232,10 +232,12 @@ def test_what_foretells_less_than_what_was_found_is_not_told(plainly, monkeypatc
     assert plainly({("relaxation",): fit_of(101.0)}) is None
 
 
-def test_nothing_is_sought_where_all_is_told(plainly):
+def test_nothing_is_sought_where_all_is_told(plainly, monkeypatch):
     ends = {("relaxation",): fit_of(101.0)}
     assert plainly(ends, said="explained") is None
     assert plainly(ends, said="explained", found=("relaxation",)) is None
+    monkeypatch.setattr(module, "lowest_of", lambda *_: 1 / 0)
+    assert plainly(ends, said="explained", found=("contact", "tracker_drift")) is None
 
 
 def test_one_takes_the_place_of_two_where_it_explains_with_modes_that_nobody_heard(plainly):
