@@ -136,15 +136,20 @@ def _budget(axes, result) -> None:
 
 
 def _ranking(axes, result) -> None:
-    ranking = result.report["diagnosis"]["ranking"][:7]
-    axes.set_title("probability of single effects", fontsize=9, loc="left")
+    diagnosis = result.report["diagnosis"]
+    ranking, found = diagnosis["ranking"][:7], [e["name"] for e in diagnosis["effects"]]
+    alone = "probability, if one effect acts alone"  # of two none may be likely so
+    title = alone if len(found) > 1 else "probability of single effects"
+    axes.set_title(title, fontsize=9, loc="left")
     if not ranking:
-        adequate = result.report["diagnosis"]["verdict"] == "adequate"
+        adequate = diagnosis["verdict"] == "adequate"
         _say(axes, "nothing is missing" if adequate else "none was tried")
         return
     rows = np.arange(len(ranking))
     axes.barh(rows, [r["probability"] for r in ranking], 0.6, color=BLUE)
     axes.set_yticks(rows, [r["name"].replace("_", " ") for r in ranking])
+    for label, row in zip(axes.get_yticklabels(), ranking, strict=True):
+        label.set_fontweight("bold" if row["name"] in found else "normal")
     axes.set_ylim(max(len(ranking), 4) - 0.4, -0.6)
     axes.set_xlim(0, 1)
 

@@ -100,3 +100,12 @@ def test_a_computed_pitch_stands_at_its_distance_from_the_measured_one(drawn):
 def test_a_picture_has_the_format_of_its_suffix(drawn):
     assert drawn(result())[1].startswith(b"\x89PNG")
     assert b"<svg" in drawn(result(), "r.svg")[1]
+
+
+@pytest.mark.parametrize("added", [["relaxation"], ["relaxation", "contact"]])
+def test_what_was_found_stands_out_and_two_are_not_told_as_one(drawn, added):
+    ranking = [*RACE, {"name": "air_drag", "probability": 0.0}]
+    axes = drawn(result(added=added, ranking=ranking))[0].axes[-1]
+    assert ("acts alone" in axes.get_title("left")) is (len(added) > 1)
+    bold = [t.get_text() for t in axes.get_yticklabels() if t.get_fontweight() == "bold"]
+    assert bold == added
