@@ -96,6 +96,18 @@ def with_further(
     return found
 
 
+def with_overtones_of(found: TimeFit, match: Match, body: Body) -> TimeFit:
+    """The fit with those modes of the body that lie and move as an overtone of another one does."""
+    effects, known = [], {}
+    for take, index in enumerate(found.law.fitted):
+        before = known.setdefault(found.law.pitch[index], [])
+        poles_of_it = _poles(found, take, match, body, overtones=True)
+        new = [(f, z) for f, z in poles_of_it if all(abs(np.log(f / g)) > APART for g in before)]
+        before += [f for f, _ in new]
+        effects += [further_mode(f, z, found.law.loaded_alike(take)) for f, z in new]
+    return _worth_it(found, effects, len(found.law.effects)) if effects else found
+
+
 def _all_told(found: TimeFit, take: int, match: Match, rings: tuple) -> Told | None:
     """A ring-down that tells all of a fitted take: as it was heard, or with trifles and without
     what the effects do.
@@ -206,8 +218,12 @@ def _fitted(found: TimeFit, effects: list, at: int) -> TimeFit:
     return fit(law, p, evaluations=15)
 
 
-def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[float, float]]:
-    """(Hz, damping ratio) of the poles of what is left of a take that are modes of the body."""
+def _poles(
+    found: TimeFit, take: int, match: Match, body: Body, overtones: bool = False
+) -> list[tuple[float, float]]:
+    """(Hz, damping ratio) of the poles of what is left of a take that are modes of the body;
+    `overtones`: those too that lie and move as an overtone does.
+    """
     law = found.law
     index = law.fitted[take]
     data: Channels = law.takes[index]
@@ -243,7 +259,8 @@ def _poles(found: TimeFit, take: int, match: Match, body: Body) -> list[tuple[fl
     for f, z, amplitude in zip(ring.frequency, ring.damping_ratio, ring.amplitude, strict=True):
         shape = real_shapes(amplitude[None])[0][0]
         bodily = float(((q.T @ shape) ** 2).sum() / (shape @ shape))
-        beyond_doubt = mac(shape, shapes[0]) < ACROSS and any(
+        own_way = overtones or mac(shape, shapes[0]) < ACROSS
+        beyond_doubt = own_way and any(
             abs(np.log(f / scale / frequency[j])) < NEARLY
             and likeness(shape, seen, frequency, j) > SURE
             for j in free

@@ -26,6 +26,7 @@ from .law import TimeFit
 from .modulus import find_modulus
 from .near_camera import as_seen_nearby
 from .on_all_modes import with_all_modes
+from .overtones import with_overtones
 from .play import motion
 from .rehear import second_hearing
 from .residual import noise_share
@@ -115,6 +116,7 @@ def calibrate_case(
         heard = near or heard
         say(0.5, "Looking for what the model lacks")
         heard, verdict = second_hearing(heard, _diagnosed(heard), _diagnosed)
+        heard, verdict = with_overtones(heard, verdict, _diagnosed)
         verdict = with_stirred(heard, verdict) or verdict
         verdict = with_drag(heard, verdict, beside=True) or verdict
         verdict = with_all_modes(heard, verdict) or verdict
