@@ -68,7 +68,8 @@ def match_modes(
     strongest measured one; the assignment with the best likeness in shape and in ratio of
     frequencies, weighted by strength, wins. Overtones and same-shape companions of a stronger
     pole are no modes of the body. No body has a mode below its lowest: what is heard there, strong
-    and moving as a mode does, is tried as the first one instead, whatever the strongest is then.
+    and moving as a mode does, is tried as the first one instead, whatever the strongest is then;
+    but as none that lies above the one which this was taken for.
     Where that is like no computed mode, another one that surely is leads, if its pitch tells it.
     """
     answer = _matched(ring, chase, frequency, shapes, rate, likeness)
@@ -81,7 +82,9 @@ def match_modes(
     if lower is None:
         return answer
     other = _matched(ring, _led(chase, lower), frequency, shapes, rate, likeness)
-    return answer if None in other.modes else other
+    if None in other.modes or frequency[other.modes[0]] > frequency[answer.modes[0]]:
+        return answer
+    return other
 
 
 def _led(chase: tuple, n: int) -> tuple:

@@ -483,6 +483,22 @@ def test_no_strong_pole_lies_below_the_lowest_mode(low, z, like, loud, poles):
     assert found.poles == poles and found.modes == (0,)
 
 
+@pytest.mark.parametrize(("moves", "poles"), [(0, (1,)), (2, (0,))])
+def test_what_is_heard_below_the_lowest_mode_is_none_that_lies_above_it(moves, poles):
+    """A support that shakes as a whole moves as a high mode does."""
+    seen = np.eye(3, 6)
+    shapes = np.zeros((2, 6))
+    shapes[0, [0, 4]] = np.sqrt([0.65, 0.35])
+    shapes[1, [moves, 5]] = np.sqrt([0.95, 0.05])
+    ring = RingDown(
+        np.array([2.0, 1.07]), np.array([0.02, 0.02]), shapes.astype(complex),
+        np.zeros(6), np.ones(6), np.eye(4),
+    )  # fmt: skip
+    chase = ([0, 1], shapes, np.array([0.9, 0.4]))
+    found = match_modes(ring, chase, np.array([1.0, 1.5, 9.0]), seen)
+    assert found.poles == poles and found.modes == (0,)
+
+
 def test_a_fold_below_the_lowest_mode_stays_where_it_was_matched():
     """At 60 frames/s a mode of 52 Hz is seen at 8 Hz, below the first one at 10 Hz."""
     seen = np.eye(2, 6)
