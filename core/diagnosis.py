@@ -34,6 +34,7 @@ from .sufficiency import (
     bends_the_body,
     fails,
     gained,
+    is_drowned,
     is_read_off,
     owes,
     shows,
@@ -116,12 +117,12 @@ def _if_all_told(verdict: Verdict) -> Verdict:
 
 
 def _lacks(verdict: Verdict) -> bool:
-    """Whether what was found owes an explanation of what it leaves, two effects sooner, or tells
-    that only in another body, or as strong as nothing is.
+    """Whether what was found owes an explanation of what it leaves, two effects sooner, or of what
+    stops the swings, or tells that only in another body, or as strong as nothing is.
     """
     clearly = CLEARLY if len(verdict.effects) < 2 else CLEARLY_BOTH
     final, declared = verdict.final, verdict.chain[0][1]
-    owing = owes(final, declared, clearly)
+    owing = owes(final, declared, clearly) or is_drowned(final)
     return owing or bends_the_body(final) or bool(at_a_bound(final, declared))
 
 

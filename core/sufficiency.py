@@ -4,7 +4,7 @@ import numpy as np
 
 from .effects.further_mode import is_further, ran_off
 from .foretold import doubt
-from .law import TimeFit
+from .law import TRUST, TimeFit
 from .refit import without
 from .residual import AHEAD, NOISY, errors, excess, misfit, noise_share, strays
 from .time_layer import EDGE, MATERIAL, Candidate, judge, refuted
@@ -21,7 +21,8 @@ CLEARLY = 1.4  # times its noise, from which what was held out is clearly off
 CLEARLY_BOTH = 1.25  # the same of two effects, which bend themselves to more than they are
 TRIFLE, PART = 0.1, 0.25  # rms, of what was off before, that an explanation may leave: held, fitted
 WHOLE = 1.0  # error of a prediction that nothing moves
-BENT = 0.954  # chance that no mode's size is off by so much in this body: two sigma of a single one
+BENT = 2.0 / TRUST  # of a mode's size, from which it is another body's: two standard deviations
+DROWNED = 0.3  # damping ratio of the strongest mode, from which it hardly swings twice
 LOUD = 0.05  # of the strongest mode, from which another one's size shows
 
 
@@ -51,6 +52,11 @@ def at_a_bound(found: TimeFit, declared: TimeFit) -> list[str]:
         and effect not in declared.law.effects
         and not EDGE * effect.low[0] < theta[0][0] < EDGE * effect.high[0]
     ]
+
+
+def is_drowned(found: TimeFit) -> bool:
+    """Whether the strongest mode hardly rings beside what was found: what stops it is not told."""
+    return bool(found.damping_ratio[found.loudest] > DROWNED)
 
 
 def loud(found: TimeFit) -> np.ndarray:

@@ -814,7 +814,7 @@ def test_what_must_be_as_strong_as_nothing_is_is_no_explanation(effect, theta, b
     assert bool(told_bounds(found, bare)) is beyond
     chain = ((None, bare), (effect.name, found))
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("owes", "bends_the_body"):
+        for name in ("owes", "is_drowned", "bends_the_body"):
             patch.setattr(diagnosis, name, lambda *_: False)
         told = diagnosis._if_all_told(Verdict("explained", chain, (None,), ((),), (), ()))
     assert told.verdict == ("unexplained" if beyond else "explained")
@@ -975,6 +975,19 @@ def leaving(found, fitted, held):
     part = np.where(data.fit, fitted, held)[:, None] * wave
     left = ((data.values - found.predicted[0] - part) / data.sigma)[data.fit]
     return replace(found, predicted=(found.predicted[0] + part,), chi2=float((left**2).sum()))
+
+
+@pytest.mark.parametrize(("damping_ratio", "said"), [(0.2, "explained"), (0.45, "unexplained")])
+def test_what_leaves_the_swings_to_die_at_once_explains_nothing(damping_ratio, said):
+    """It leaves noise only, but what stops the strongest mode is not told."""
+    found = declared(channels(moved(zeta=0.02)))
+    p = found.parameters.copy()
+    p[1] = damping_ratio
+    final = replace(found, parameters=p)
+    assert final.damping_ratio[final.loudest] == damping_ratio
+    chain = (None, leaving(found, 1.0, 1.0)), ("contact", final)
+    told = _if_all_told(Verdict("explained", chain, (object(),), ((),), (), ()))
+    assert told.verdict == said
 
 
 def test_two_effects_may_leave_less_than_one():
