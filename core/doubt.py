@@ -53,7 +53,7 @@ def _is_slight(verdict: Verdict) -> bool:
     would show more of.
     """
     final, damped = verdict.final, verdict.damped
-    little = gained(damped, final) < SLIGHT and moved(final, damped) < SLIGHT
+    little = gained(damped, final) < SLIGHT and moved(final, damped).max() < SLIGHT
     return little and not creeps(verdict)
 
 

@@ -29,7 +29,7 @@ TOGETHER = 2.0  # of it, that all share: no rim or corner is as sharp as a mesh 
 SIZED = 0.002  # of each size along an axis: a tenth of a millimetre in five centimetres
 UNSURE = 2.0  # of a pitch's standard deviation, by which it is off: a faint pole may be two modes
 SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
-BIASED = 0.5  # of the most that effects in time moved a pitch by, that all may be off by
+BIASED = 0.5  # of what effects in time moved a pitch by, or the strongest one's, that it may be off
 SETTLED = 0.03  # of the sag: error of geometry and a creep that nothing shows
 PLACED = 0.001  # of the body's length, that a rest place may be off by
 CREPT = 0.15  # the same where a creep may be at work
@@ -217,11 +217,13 @@ def _biased(verdict: Verdict, frequency: np.ndarray) -> np.ndarray:
     A body that is stiffer one way is by itself as stiff as one of the two.
     """
     final = verdict.final
-    most = moved(final, verdict.damped) if acts(final) else 0.0
+    by = moved(final, verdict.damped) if acts(final) else np.zeros(final.law.modes)
+    most = np.full(len(frequency), by[final.loudest])
+    most[: len(by)] = np.maximum(by, by[final.loudest])
     uneven = max(bent(final), *(bent(one) for one in twins(verdict)), 0.0)
     return np.maximum(BIASED * most, uneven * handed_on(frequency))
 
 
-def moved(final: TimeFit, declared: TimeFit) -> float:
-    """The most, relatively, that the effects in time moved a pitch by."""
-    return float(np.abs(np.log(final.frequency / declared.frequency)).max())
+def moved(final: TimeFit, declared: TimeFit) -> np.ndarray:
+    """(K,) relatively, how far the effects in time moved the pitches."""
+    return np.abs(np.log(final.frequency / declared.frequency))

@@ -646,6 +646,14 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="a rub that bends what was heard hides no soft pin",
         ),
         pytest.param(
+            "two:compliant_pin+dry_friction", 161803, {"compliant_pin", "dry_friction"}, 1.8,
+            id="a faint mode that a rub made sound elsewhere leaves the others their pitches",
+        ),
+        pytest.param(
+            "two:base_motion+large_amplitude", 161803, {"base_motion", "large_amplitude"}, 1.1,
+            id="a support that shakes as a whole below all pitches is no high mode",
+        ),
+        pytest.param(
             "plane:base_motion", 772002, {"base_motion"}, 1.4,
             id="a support that shakes both ways shakes the body both ways",
         ),
@@ -950,6 +958,14 @@ def test_what_foretells_worse_than_nothing_at_all_is_no_explanation(tmp_path):
     make("absent:eddy_brake", 893632, tmp_path)
     report = calibrate_case(tmp_path / "case.toml").report
     assert report["error"]["before"] > 10 and report["diagnosis"]["verdict"] == "unexplained"
+
+
+@pytest.mark.slow
+def test_what_leaves_a_strip_to_stop_within_a_swing_is_no_explanation(tmp_path):
+    """A brake at one place: a rub and a stop leave a tenth of what was off, and a damped mode."""
+    make("absent:eddy_brake", 161804, tmp_path)
+    report = calibrate_case(tmp_path / "case.toml").report
+    assert report["diagnosis"]["verdict"] == "unexplained"
 
 
 @pytest.mark.slow

@@ -441,3 +441,23 @@ def test_where_the_declared_fits_modes_were_bent_the_final_fit_shows_what_a_chan
     seen, told = doubt.judged(said, there, suspect(found, evidence), [7])
     assert tuple(one.held_out for one in seen) == left["damped"]
     assert tuple(one.held_out for one in told) == left[decides]
+
+
+@pytest.mark.parametrize(
+    ("then", "loudest", "off"),
+    [
+        ([3.0, 7.0, 11.44], 0, [0.0, 0.0, 0.0196, 0.0]),  # a faint one was heard badly
+        ([3.0, 7.28, 11.22], 1, [0.0196, 0.0196, 0.0196, 0.0196]),  # what bends the loudest
+    ],
+)
+def test_what_acts_in_time_makes_a_pitch_as_unsure_as_it_moved_that_or_the_loudest(
+    monkeypatch, then, loudest, off
+):
+    """The last one is a further mode, of which nobody knows what moved it."""
+    for name, value in (("acts", lambda _: True), ("bent", lambda _: 0.0), ("twins", lambda _: ())):
+        monkeypatch.setattr(ground_file, name, value)
+    law = SimpleNamespace(modes=3)
+    final = SimpleNamespace(frequency=PITCH, law=law, loudest=loudest)
+    damped = SimpleNamespace(frequency=np.array(then))
+    bias = ground_file._biased(SimpleNamespace(final=final, damped=damped), np.r_[PITCH, 20.0])
+    assert bias == pytest.approx(off, abs=2e-4)
