@@ -189,6 +189,7 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit, dragged: Calla
     both = by_two(chain, (able, ranked, strong, known), over, widen)
     # such two as owe a little are named all the same: they tell more than one of them
     told = both.verdict == "explained" and not owes(both.final, declared)
+    told = told and not is_drowned(both.final)
     if told and alone and _is_read_off(both) and not _is_read_off(alone):
         told = _takes_most(both, alone)
     if told and alone and not _lacks(alone):  # all that one leaves, or nothing

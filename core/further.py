@@ -33,7 +33,7 @@ from .effects.further_mode import (
     pitch_of,
 )
 from .harmonic_inversion import invert
-from .law import TimeFit
+from .law import Law, TimeFit
 from .linear_part import fitted_instants
 from .match import ACROSS, HARMONIC, Match, likeness, mac
 from .pursuit import is_driven
@@ -73,7 +73,7 @@ def with_further(
         if found.chi2 < QUIET * found.samples:
             break
         effects, known, start, law = [], {}, found, found.law
-        for take, index in enumerate(law.fitted):
+        for take in range(len(law.fitted)):
             clear = []
             rest = partial(_poles, found, take, match, body)
             with nullcontext(rest) if attempt or read else meanwhile(rest) as of_the_rest:
@@ -83,10 +83,7 @@ def with_further(
                     clear = modes_of(begun, take, match, body, told.ring)
                     start = begun if clear else found
                 heard = clear or ([] if read else of_the_rest())
-            before = known.setdefault(law.pitch[index], [])  # heard in another take
-            new = [(f, z) for f, z in heard if all(abs(np.log(f / g)) > APART for g in before)]
-            before += [f for f, _ in new]
-            effects += [further_mode(f, z, law.loaded_alike(take)) for f, z in new]
+            effects += _new(law, take, heard, known)
         if not effects:
             break
         wider = _worth_it(start, effects, len(law.effects) - after)
@@ -99,13 +96,19 @@ def with_further(
 def with_overtones_of(found: TimeFit, match: Match, body: Body) -> TimeFit:
     """The fit with those modes of the body that lie and move as an overtone of another one does."""
     effects, known = [], {}
-    for take, index in enumerate(found.law.fitted):
-        before = known.setdefault(found.law.pitch[index], [])
-        poles_of_it = _poles(found, take, match, body, overtones=True)
-        new = [(f, z) for f, z in poles_of_it if all(abs(np.log(f / g)) > APART for g in before)]
-        before += [f for f, _ in new]
-        effects += [further_mode(f, z, found.law.loaded_alike(take)) for f, z in new]
+    for take in range(len(found.law.fitted)):
+        effects += _new(found.law, take, _poles(found, take, match, body, overtones=True), known)
     return _worth_it(found, effects, len(found.law.effects)) if effects else found
+
+
+def _new(law: Law, take: int, heard: list[tuple[float, float]], known: dict) -> list:
+    """Further modes of those `heard` (Hz, damping ratio) in a take, but for those that are `known`
+    from another one of the same pitches; these are known from then on.
+    """
+    before = known.setdefault(law.pitch[law.fitted[take]], [])
+    new = [(f, z) for f, z in heard if all(abs(np.log(f / g)) > APART for g in before)]
+    before += [f for f, _ in new]
+    return [further_mode(f, z, law.loaded_alike(take)) for f, z in new]
 
 
 def _all_told(found: TimeFit, take: int, match: Match, rings: tuple) -> Told | None:

@@ -1,5 +1,6 @@
 """Which computed mode is which measured one: by frequency and by shape at the markers (MAC)."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -68,8 +69,8 @@ def match_modes(
     strongest measured one; the assignment with the best likeness in shape and in ratio of
     frequencies, weighted by strength, wins. Overtones and same-shape companions of a stronger
     pole are no modes of the body. No body has a mode below its lowest: what is heard there, strong
-    and moving as a mode does, is tried as the first one instead, whatever the strongest is then;
-    but as none that lies above the one which this was taken for.
+    and moving as a mode does, is tried as the first one instead, whatever the strongest is then,
+    but as no mode above the one that the strongest was matched to.
     Where that is like no computed mode, another one that surely is leads, if its pitch tells it.
     """
     answer = _matched(ring, chase, frequency, shapes, rate, likeness)
@@ -78,13 +79,11 @@ def match_modes(
         if None in answer.modes:
             answer = _led_by_another(ring, chase, frequency, shapes, rate) or answer
         return answer
-    lower = _below(answer, ring, chase, frequency, shapes)
-    if lower is None:
-        return answer
-    other = _matched(ring, _led(chase, lower), frequency, shapes, rate, likeness)
-    if None in other.modes or frequency[other.modes[0]] > frequency[answer.modes[0]]:
-        return answer
-    return other
+    for lower in _below(answer, ring, chase, frequency, shapes):
+        other = _matched(ring, _led(chase, lower), frequency, shapes, rate, likeness)
+        if None not in other.modes and frequency[other.modes[0]] <= frequency[answer.modes[0]]:
+            return other
+    return answer
 
 
 def _led(chase: tuple, n: int) -> tuple:
@@ -111,9 +110,10 @@ def _led_by_another(ring: RingDown, chase: tuple, frequency, shapes, rate) -> Ma
     return None
 
 
-def _below(found: Match, ring: RingDown, chase: tuple, frequency, shapes) -> int | None:
-    """The strongest pole that lies below all modes, as the strongest one was matched, and moves as
-    one of them and not as that one does: so the body is another, and its lowest mode is this.
+def _below(found: Match, ring: RingDown, chase: tuple, frequency, shapes) -> Iterator[int]:
+    """Poles, the strongest first, that lie below all modes, as the strongest one was matched, and
+    move as one of them and not as that one does: so the body is another, its lowest mode such a
+    pole.
     """
     order, measured, strength = chase
     pitch, z = ring.frequency[list(order)], ring.damping_ratio[list(order)]
@@ -127,8 +127,7 @@ def _below(found: Match, ring: RingDown, chase: tuple, frequency, shapes) -> int
         if DEEPEST < low < LOWEST and z[n] < CREEPING:
             alike = max(likeness(measured[n], shapes, frequency, j) for j in range(len(frequency)))
             if alike > SURE and mac(measured[n], measured[0]) < SURE:
-                return int(n)
-    return None
+                yield int(n)
 
 
 def _turned(shape: np.ndarray, modes: np.ndarray, frequency: np.ndarray, j: int) -> float:

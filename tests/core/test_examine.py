@@ -444,20 +444,30 @@ def test_where_the_declared_fits_modes_were_bent_the_final_fit_shows_what_a_chan
 
 
 @pytest.mark.parametrize(
-    ("then", "loudest", "off"),
+    ("then", "loudest", "does", "off"),
     [
-        ([3.0, 7.0, 11.44], 0, [0.0, 0.0, 0.0196, 0.0]),  # a faint one was heard badly
-        ([3.0, 7.28, 11.22], 1, [0.0196, 0.0196, 0.0196, 0.0196]),  # what bends the loudest
+        ([3.0, 7.0, 11.44], 0, True, [0.0, 0.0, 0.0196, 0.0]),  # a faint one was heard badly
+        ([3.0, 7.28, 11.22], 1, True, [0.0196, 0.0196, 0.0196, 0.0196]),  # it bends the loudest
+        ([3.0, 7.28, 11.22], 1, False, [0.0, 0.0, 0.0, 0.0]),  # nothing acts
     ],
 )
 def test_what_acts_in_time_makes_a_pitch_as_unsure_as_it_moved_that_or_the_loudest(
-    monkeypatch, then, loudest, off
+    monkeypatch, then, loudest, does, off
 ):
     """The last one is a further mode, of which nobody knows what moved it."""
-    for name, value in (("acts", lambda _: True), ("bent", lambda _: 0.0), ("twins", lambda _: ())):
+    for name, value in (("acts", lambda _: does), ("bent", lambda _: 0.0), ("twins", lambda _: ())):
         monkeypatch.setattr(ground_file, name, value)
     law = SimpleNamespace(modes=3)
     final = SimpleNamespace(frequency=PITCH, law=law, loudest=loudest)
     damped = SimpleNamespace(frequency=np.array(then))
     bias = ground_file._biased(SimpleNamespace(final=final, damped=damped), np.r_[PITCH, 20.0])
     assert bias == pytest.approx(off, abs=2e-4)
+
+
+@pytest.mark.parametrize("moved", [(0.0, 0.0), (0.0, 0.1)])
+def test_what_moves_one_pitch_is_not_slight(monkeypatch, moved):
+    monkeypatch.setattr(doubt, "gained", lambda *_: 0.0)
+    monkeypatch.setattr(doubt, "creeps", lambda _: False)
+    monkeypatch.setattr(doubt, "moved", lambda *_: np.array(moved))
+    slight = doubt._is_slight(SimpleNamespace(final=None, damped=None))
+    assert bool(slight) is (max(moved) == 0.0)

@@ -11,20 +11,22 @@ from core.further import _poles, with_overtones_of
 from core.law import replace
 from core.overtones import with_overtones
 from core.pipeline import calibrate_case
+from core.timefit import fit
 from core.verdict import Verdict
 from tests.core.test_further import FIRST, ringing
 from tests.core.test_simulate import AMPLITUDE
-from tests.core.test_timefit import SHAPE, channels, declared, moved
+from tests.core.test_timefit import SHAPE, Backbone, channels, declared, moved
 from tests.truth import make
 
 MATCH = SimpleNamespace(modes=(0,))
 
 
-def heard(*ratios):
+def heard(*ratios, swing=None):
     """What was heard of a body with modes at so many times its first pitch, all seen alike; the
     second swings a tenth as far as the first and lies at twice its pitch.
     """
-    found = declared(channels(moved() + 0.1 * AMPLITUDE * np.outer(ringing(2.0), SHAPE)))
+    swing = moved() if swing is None else swing
+    found = declared(channels(swing + 0.1 * AMPLITUDE * np.outer(ringing(2.0), SHAPE)))
     modes = SimpleNamespace(frequency=FIRST * np.array(ratios))
     body = SimpleNamespace(modes=modes, seen=lambda data: np.tile(SHAPE, (len(ratios), 1)))
     return SimpleNamespace(free=found, declared=found, match=MATCH, body=body)
@@ -45,31 +47,60 @@ def test_such_a_mode_is_left_for_the_effects_at_first_and_the_bodys_if_it_has_on
     assert with_overtones_of(other.declared, MATCH, other.body) is other.declared
 
 
+def asking(monkeypatch, answer):
+    """A diagnosis that gives the answer, and the takes that it was asked of."""
+    monkeypatch.setattr(overtones, "replace", lambda one, **new: changed(one, new))
+    asked = []
+    return asked, lambda wider: asked.append(wider) or answer(wider.declared)
+
+
+def changed(one, new):
+    if isinstance(one, SimpleNamespace):
+        return SimpleNamespace(**vars(one) | new)
+    return replace(one, **new)
+
+
+def worse(found, chi2=1.0, ahead=0.0):
+    """The fit with so many times its chi2, and so much (m) off in what was held out."""
+    (said,), held = found.predicted, ~found.law.takes[0].fit[:, None]
+    return replace(found, chi2=chi2 * found.chi2, predicted=(said + ahead * held,))
+
+
 @pytest.mark.parametrize(
-    ("said", "off", "better"),
+    ("before", "said", "off", "better"),
     [
-        ("adequate", 0.0, True),
-        ("explained", 0.0, True),
-        ("unexplained", 0.0, False),
-        ("adequate", AMPLITUDE, False),  # what comes is foretold worse
+        ("unexplained", "adequate", {}, True),
+        ("unexplained", "explained", {}, True),
+        ("unexplained", "unexplained", {}, False),
+        ("unexplained", "adequate", {"ahead": AMPLITUDE}, False),  # what comes is foretold worse
+        ("unexplained", "explained", {"chi2": 1.5}, True),
+        ("unexplained", "explained", {"chi2": 9.0}, False),  # less likely than without
+        ("explained", "adequate", {}, True),
+        ("explained", "explained", {"chi2": 1.5}, False),  # it left more than noise, too
     ],
 )
-def test_it_counts_where_all_is_told_with_it_and_no_less_foretold(monkeypatch, said, off, better):
-    monkeypatch.setattr(overtones, "replace", lambda one, **new: SimpleNamespace(**vars(one) | new))
-    one, asked = heard(1.0, 1.98), []
-
-    def diagnose(wider):
-        asked.append(wider)
-        (said_of,) = wider.declared.predicted
-        ahead = ~wider.declared.law.takes[0].fit[:, None]
-        fit = replace(wider.declared, predicted=(said_of + off * ahead,))
-        return told(fit, said)
-
-    before = told(one.declared)
-    got = with_overtones(one, before, diagnose)
-    assert (got[1] is not before) is better and (got[0] is not one) is better
+def test_it_counts_where_all_is_told_with_it_and_no_less_foretold(
+    monkeypatch, before, said, off, better
+):
+    one = heard(1.0, 1.98)
+    asked, diagnose = asking(monkeypatch, lambda found: told(worse(found, **off), said))
+    then = told(one.declared, before)
+    got = with_overtones(one, then, diagnose)
+    assert (got[1] is not then) is better and (got[0] is not one) is better
     (wider,) = asked
     assert wider.free is wider.declared and len(wider.declared.law.effects) == 1
+
+
+def test_it_is_the_same_mode_in_both_fits_where_the_declared_damping_is_another_law(monkeypatch):
+    one = heard(1.0, 1.98)
+    law = replace(one.free.law, damping="common")
+    one.declared = fit(law, one.free.parameters, evaluations=20)
+    asked, diagnose = asking(monkeypatch, lambda found: told(found, "adequate"))
+    with_overtones(one, told(one.declared), diagnose)
+    (wider,) = asked
+    assert wider.declared.law.damping == "common" != wider.free.law.damping
+    assert len(wider.free.law.effects) == 1
+    assert wider.declared.law.effects == wider.free.law.effects
 
 
 def test_nothing_is_asked_where_all_is_told_or_no_mode_was_matched():
@@ -80,10 +111,13 @@ def test_nothing_is_asked_where_all_is_told_or_no_mode_was_matched():
     before = told(quiet, "explained")
     one = heard(1.0, 1.98)
     assert with_overtones(one, before, diagnose) == (one, before)
+    assert with_overtones(one, told(one.declared, "refused"), diagnose)[0] is one
     one.match = SimpleNamespace(modes=(0, None))
     assert with_overtones(one, told(one.declared), diagnose)[0] is one
     other = heard(1.0, 2.4)  # the body has none there
     assert with_overtones(other, told(other.declared), diagnose)[0] is other
+    bent = heard(1.0, 1.98, swing=moved(Backbone(0.3, 0.0)))  # nor is it most of what was off
+    assert with_overtones(bent, told(bent.declared), diagnose)[0] is bent
 
 
 @pytest.mark.slow

@@ -226,20 +226,21 @@ def test_a_mode_that_moves_the_pitch_of_what_was_heard_takes_its_part(rung_by_th
 
 
 @pytest.mark.parametrize(
-    ("effects", "left", "owing", "weak", "verdict"),
+    ("effects", "left", "doubts", "verdict"),
     [
-        (1, 1.1, False, False, "explained"),
-        (2, 1.1, False, False, "unexplained"),
-        (1, 1.5, False, False, "unexplained"),
-        (1, 1.1, True, False, "unexplained"),
-        (1, 1.1, False, True, "unexplained"),
+        (1, 1.1, (), "explained"),
+        (2, 1.1, (), "unexplained"),
+        (1, 1.5, (), "unexplained"),
+        (1, 1.1, ("owes",), "unexplained"),
+        (1, 1.1, ("weakens",), "unexplained"),
+        (1, 1.1, ("is_drowned",), "unexplained"),
     ],
 )
 def test_one_effect_explains_all_where_no_more_than_noise_is_left(
-    effects, left, owing, weak, verdict, monkeypatch
+    effects, left, doubts, verdict, monkeypatch
 ):
-    monkeypatch.setattr(stirred, "owes", lambda *_: owing)
-    monkeypatch.setattr(stirred, "weakens", lambda *_: weak)
+    for name in ("owes", "weakens", "is_drowned"):
+        monkeypatch.setattr(stirred, name, lambda *_, name=name: name in doubts)
     monkeypatch.setattr(stirred, "judge", lambda *_: None)
     monkeypatch.setattr(stirred, "of_heard", lambda best, before: best)
     rows = [(None, "declared"), *[("dry_friction", "before")] * effects]

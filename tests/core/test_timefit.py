@@ -56,6 +56,7 @@ from core.sufficiency import (
     bends_the_body,
     counts_second,
     gained,
+    is_drowned,
     owes,
     sufficient,
 )
@@ -988,6 +989,12 @@ def test_what_leaves_the_swings_to_die_at_once_explains_nothing(damping_ratio, s
     chain = (None, leaving(found, 1.0, 1.0)), ("contact", final)
     told = _if_all_told(Verdict("explained", chain, (object(),), ((),), (), ()))
     assert told.verdict == said
+
+
+@pytest.mark.parametrize(("loudest", "drowned"), [(0, False), (1, True), (2, False)])
+def test_a_mode_that_is_not_the_strongest_may_die_at_once(loudest, drowned):
+    found = SimpleNamespace(damping_ratio=np.array([0.02, 0.45, 0.1]), loudest=loudest)
+    assert is_drowned(found) is drowned
 
 
 def test_two_effects_may_leave_less_than_one():
