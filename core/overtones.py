@@ -11,7 +11,7 @@ from .further import with_overtones_of
 from .joint import SHOWN, Heard
 from .law import replace
 from .residual import EVIDENCE, NOISY, bic, errors, excess
-from .sufficiency import fails
+from .sufficiency import fails, is_read_off
 from .timefit import fit
 from .verdict import Verdict
 
@@ -40,10 +40,13 @@ def with_overtones(
 
 def _is_better(again: Verdict, before: Verdict) -> bool:
     """Whether all is told with such modes, and told better; where it was told before, but for
-    noise.
+    noise, and by the same effects but for what is read off the record: what bends a spring rings at
+    an overtone, too.
     """
     now, then = again.final, before.final
-    if before.verdict == "explained" and now.chi2 > NOISY * now.samples:
+    kept = {c.names[-1] for c in before.effects if not is_read_off(c.found.law.effects[-1:])}
+    told = now.chi2 < NOISY * now.samples and kept <= set(again.names)
+    if before.verdict == "explained" and not told:
         return False
     likelier = bic(now) < bic(then) - EVIDENCE
     ahead = not fails(now) or errors(now).held_out <= errors(then).held_out

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from core import overtones
+from core.effects import contact
 from core.effects.further_mode import pitch_of
 from core.further import _poles, with_overtones_of
 from core.law import replace
 from core.overtones import with_overtones
 from core.pipeline import calibrate_case
+from core.time_layer import Candidate
 from core.timefit import fit
 from core.verdict import Verdict
 from tests.core.test_further import FIRST, ringing
@@ -19,6 +21,7 @@ from tests.core.test_timefit import SHAPE, Backbone, channels, declared, moved
 from tests.truth import make
 
 MATCH = SimpleNamespace(modes=(0,))
+SHAKES = replace(contact.ABOVE, name="base_motion", free=12)
 
 
 def heard(*ratios, swing=None):
@@ -89,6 +92,31 @@ def test_it_counts_where_all_is_told_with_it_and_no_less_foretold(
     assert (got[1] is not then) is better and (got[0] is not one) is better
     (wider,) = asked
     assert wider.free is wider.declared and len(wider.declared.law.effects) == 1
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "better"),
+    [
+        ((SHAKES,), (), True),  # it is read off the record
+        ((contact.ABOVE,), (), False),  # a stop rings at an overtone, too
+        ((contact.ABOVE,), (contact.ABOVE,), True),
+        ((contact.ABOVE, SHAKES), (contact.ABOVE,), True),
+    ],
+)
+def test_what_explains_gives_way_to_a_mode_only_if_it_is_read_off_the_record(
+    monkeypatch, before, after, better
+):
+    def naming(found, effects):
+        named = tuple(
+            Candidate((e.name,), replace(found, law=replace(found.law, effects=(e,))), 1.0, 1, 1)
+            for e in effects
+        )
+        return replace(told(found, "explained"), effects=named)
+
+    one = heard(1.0, 1.98)
+    then = naming(one.declared, before)
+    _, diagnose = asking(monkeypatch, lambda found: naming(found, after))
+    assert (with_overtones(one, then, diagnose)[1] is not then) is better
 
 
 def test_it_is_the_same_mode_in_both_fits_where_the_declared_damping_is_another_law(monkeypatch):
