@@ -218,8 +218,7 @@ def _biased(verdict: Verdict, frequency: np.ndarray) -> np.ndarray:
     """
     final = verdict.final
     by = moved(final, verdict.damped) if acts(final) else np.zeros(final.law.modes)
-    most = np.full(len(frequency), by[final.loudest])
-    most[: len(by)] = np.maximum(by, by[final.loudest])
+    most = np.maximum(np.pad(by, (0, len(frequency) - len(by))), by[final.loudest])
     uneven = max(bent(final), *(bent(one) for one in twins(verdict)), 0.0)
     return np.maximum(BIASED * most, uneven * handed_on(frequency))
 

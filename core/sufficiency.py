@@ -7,6 +7,7 @@ from .foretold import doubt
 from .law import TRUST, TimeFit
 from .refit import without
 from .residual import AHEAD, NOISY, errors, excess, misfit, noise_share, strays
+from .settle import MUCH
 from .time_layer import EDGE, MATERIAL, Candidate, judge, refuted
 
 ENOUGH = 0.80  # share of the excess that one effect must take to be the explanation
@@ -22,7 +23,6 @@ CLEARLY_BOTH = 1.25  # the same of two effects, which bend themselves to more th
 TRIFLE, PART = 0.1, 0.25  # rms, of what was off before, that an explanation may leave: held, fitted
 WHOLE = 1.0  # error of a prediction that nothing moves
 BENT = 2.0 / TRUST  # of a mode's size, from which it is another body's: two standard deviations
-DROWNED = 0.3  # damping ratio of the strongest mode, from which it hardly swings twice
 LOUD = 0.05  # of the strongest mode, from which another one's size shows
 
 
@@ -56,7 +56,7 @@ def at_a_bound(found: TimeFit, declared: TimeFit) -> list[str]:
 
 def is_drowned(found: TimeFit) -> bool:
     """Whether the strongest mode hardly rings beside what was found: what stops it is not told."""
-    return bool(found.damping_ratio[found.loudest] > DROWNED)
+    return bool(found.damping_ratio[found.loudest] > MUCH)
 
 
 def loud(found: TimeFit) -> np.ndarray:
