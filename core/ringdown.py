@@ -25,6 +25,7 @@ PERIODS = 3  # after an instant, that must look like ringing for it to be free
 ROUGH = 2.5  # misfit over that of motion surely free, above which an instant is not
 COARSE = 0.03  # of the motion: a misfit below it may be modes too brief to be known
 STEEP = 1.8  # growth of a misfit from a frame to the one before it, where an object was held still
+SURE = 30  # numbers, at least, by which nothing is seen to move
 SIGMAS = 4.0  # the same where the misfit is no more than noise
 
 
@@ -126,7 +127,25 @@ def _begin(even: np.ndarray, peak: int, last: int, period: int) -> int:
         if earlier >= first:
             break
         first = earlier
-    return first
+    return max(first, _held_until(even, peak, period))
+
+
+def _held_until(even: np.ndarray, peak: int, period: int) -> int:
+    """The last frame before `peak` at which nothing moves, 0 where that is not seen: half a period
+    of rest is no ringing, whatever its pitch may do later.
+    """
+    C = even.shape[1]
+    length = max(period // 2, 1 + -(-SURE // C))
+    if peak < length:
+        return 0
+    parts = np.lib.stride_tricks.sliding_window_view(even[: peak + 1], length, axis=0)
+    still = parts.var(axis=2, ddof=1).mean(axis=1) < 1 + SIGMAS * np.sqrt(2 / C / (length - 1))
+    if not still.any():
+        return 0
+    begin = int(np.flatnonzero(still)[-1])
+    off = even[begin : begin + length] - np.median(even[begin : begin + length], axis=0)
+    at_rest = (off**2).mean(axis=1) < 1 + SIGMAS * np.sqrt(2 / C)
+    return begin + int(np.flatnonzero(at_rest)[-1]) if at_rest.any() else begin
 
 
 def _earlier(even: np.ndarray, settled: int, last: int, period: int) -> int:
