@@ -11,7 +11,7 @@ from .further import with_overtones_of
 from .joint import SHOWN, Heard
 from .law import replace
 from .residual import EVIDENCE, NOISY, bic, errors, excess
-from .sufficiency import fails, is_read_off
+from .sufficiency import fails
 from .timefit import fit
 from .verdict import Verdict
 
@@ -44,8 +44,7 @@ def _is_better(again: Verdict, before: Verdict) -> bool:
     an overtone, too.
     """
     now, then = again.final, before.final
-    kept = {c.names[-1] for c in before.effects if not is_read_off(c.found.law.effects[-1:])}
-    told = now.chi2 < NOISY * now.samples and kept <= set(again.names)
+    told = now.chi2 < NOISY * now.samples and set(before.by_law) <= set(again.names)
     if before.verdict == "explained" and not told:
         return False
     likelier = bic(now) < bic(then) - EVIDENCE

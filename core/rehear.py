@@ -11,7 +11,7 @@ from .effects.base import Effect
 from .hearings import nearby, without_mimics
 from .joint import SHOWN, Heard
 from .law import TimeFit, replace
-from .residual import NOISY, errors, excess
+from .residual import EVIDENCE, NOISY, bic, errors, excess
 from .settle import cancels, moves_its_way
 from .time_layer import singles
 from .timefit import as_it_stands, best_fit, misfits
@@ -88,9 +88,19 @@ def _is_better(again: Verdict, before: Verdict) -> bool:
     """Whether more is explained or less is left, held out too, and no less is named."""
     if before.verdict == "explained" != again.verdict or (before.effects and not again.effects):
         return False
+    if _is_plainer(again, before):
+        return True
     more = before.verdict == "unexplained" and again.verdict in ("explained", "adequate")
     less = excess(again.final) < SHOWN * excess(before.final)
     return (more or less) and not errors(again.final).held_out > errors(before.final).held_out
+
+
+def _is_plainer(again: Verdict, before: Verdict) -> bool:
+    """Whether a mode of the body, beside the same laws, tells more than what was read off the
+    record: what is so told of what comes is no foresight.
+    """
+    named = set(again.names) == set(before.by_law) < set(before.names)
+    return named and bic(again.final) < bic(before.final) - EVIDENCE
 
 
 def _with_the_mode(near: Heard, found: TimeFit, heard: Heard) -> TimeFit:

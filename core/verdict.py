@@ -52,6 +52,12 @@ class Verdict:
         return tuple(c.names[-1] for c in self.effects)
 
     @property
+    def by_law(self) -> tuple[str, ...]:
+        """Of those that are told by a law, and not read off the record."""
+        free = {effect.name for effect in self.final.law.effects if effect.free}
+        return tuple(name for name in self.names if name not in free)
+
+    @property
     def laws(self) -> int:
         """Laws of damping that were found; they come first in the chain."""
         return sum(name in DAMPING for name, _ in self.chain)

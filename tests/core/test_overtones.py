@@ -107,11 +107,9 @@ def test_what_explains_gives_way_to_a_mode_only_if_it_is_read_off_the_record(
     monkeypatch, before, after, better
 ):
     def naming(found, effects):
-        named = tuple(
-            Candidate((e.name,), replace(found, law=replace(found.law, effects=(e,))), 1.0, 1, 1)
-            for e in effects
-        )
-        return replace(told(found, "explained"), effects=named)
+        all_of = replace(found, law=replace(found.law, effects=effects))
+        named = tuple(Candidate((e.name,), all_of, 1.0, 1, 1) for e in effects)
+        return replace(told(all_of, "explained"), effects=named)
 
     one = heard(1.0, 1.98)
     then = naming(one.declared, before)

@@ -16,7 +16,8 @@ from tests.core.test_timefit import Rub, W, channels, declared, moved
 
 def verdict(name, left, held_out, effects=("rub",)):
     final = SimpleNamespace(left=left, held_out=held_out)
-    return SimpleNamespace(verdict=name, effects=effects, final=final)
+    said = {"names": effects, "by_law": effects}
+    return SimpleNamespace(verdict=name, effects=effects, final=final, **said)
 
 
 @pytest.mark.parametrize(
@@ -44,6 +45,30 @@ def test_what_was_explained_stays_so(monkeypatch):
     before = verdict("explained", 1.0, 1.0)
     assert not rehear._is_better(verdict("unexplained", 0.1, 0.1), before)
     assert rehear._is_better(verdict("explained", 0.1, 0.1), before)
+
+
+@pytest.mark.parametrize(
+    ("names", "bic", "better"),
+    [
+        (("rub",), 900.0, True),
+        (("rub",), 990.0, False),  # hardly likelier
+        (("drag",), 900.0, False),
+        (("rub", "shake"), 900.0, False),
+        ((), 900.0, False),  # nothing is named
+    ],
+)
+def test_a_mode_of_the_body_is_better_than_a_motion_that_is_read_off(
+    names, bic, better, monkeypatch
+):
+    """However little that leaves of what was held out, where it was read off, too."""
+    monkeypatch.setattr(rehear, "excess", lambda final: final.left)
+    monkeypatch.setattr(rehear, "errors", lambda final: final)
+    monkeypatch.setattr(rehear, "bic", lambda final: final.bic)
+    before = verdict("explained", 1.0, 0.1, ("rub", "shake"))
+    before.names, before.by_law, before.final.bic = ("rub", "shake"), ("rub",), 1000.0
+    again = verdict("explained", 0.9, 1.0, names)
+    again.names, again.final.bic = names, bic
+    assert rehear._is_better(again, before) == better
 
 
 @pytest.mark.parametrize(
