@@ -9,7 +9,7 @@ which costs the more the further they lie apart.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.linalg.lapack import dgesv
@@ -28,6 +28,7 @@ STRANGE = 16.0  # misfit of a faint mode's pitch from which it is taken for none
 UNFOLDING = 9.0  # what it costs that a pitch was folded by the frame rate
 LIKE = 0.4  # MAC from which a computed mode may be a measured one
 FIRST = 3  # of the lowest computed modes, that the first measured one may be
+KEPT = 64  # of the means that are the same for every body
 CHANCE = 1.0  # misfit by which a higher one must be the better first one
 
 
@@ -239,20 +240,35 @@ def _mixed(modes, wanted, gap, many: float) -> tuple[np.ndarray, float]:
     return part, keep @ part**2
 
 
-def _pulled(
-    ratio: np.ndarray, weight: np.ndarray, together: np.ndarray
-) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
-    """By generalized least squares the mean of logarithms `ratio` (n,), how far each is off beyond
-    it (n,), in standard deviations, what share of that one's variance the fit leaves (n,), and how
-    far all are off at once (q,), in those of `together` (q, n). weight (n,): 1 / variance.
+@dataclass(frozen=True, eq=False)
+class _Mean:
+    """By generalized least squares the mean of logarithms, each with its own weight, that may be
+    off together; which is the same for every body.
     """
-    ways = np.vstack([np.ones(len(ratio)), together])
+
+    ways: np.ndarray  # (1 + q, n) the mean, and by how much they may be off at once
+    solve: np.ndarray  # (1 + q, n) the mean and how far all are off at once, of the logarithms
+    root: np.ndarray  # (n,) 1 / standard deviation
+    free: np.ndarray  # (n,) share of the variance of each one's pull that the fit leaves
+
+    def pulled(self, ratio: np.ndarray) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+        """Of logarithms `ratio` (n,) the mean, how far each is off beyond it (n,), in standard
+        deviations, `free`, and how far all are off at once (q,), in those.
+        """
+        best = self.solve @ ratio
+        return float(best[0]), (ratio - best @ self.ways) * self.root, self.free, best[1:]
+
+
+@lru_cache(maxsize=KEPT)
+def _mean(measured: Measured, strange: tuple[bool, ...]) -> _Mean:
+    """Of all pitches that are not `strange` (n,), and of the sag where n counts that."""
+    weight = np.where(strange, 0.0, measured.weight[: len(strange)])
+    together = measured.together[:, : len(strange)]
+    ways = np.vstack([np.ones(len(weight)), together])
     weighed = ways * weight
     inverse = np.linalg.inv(weighed @ ways.T + np.diag([0.0] + [1.0] * len(together)))
-    mean, *shares = inverse @ (weighed @ ratio)
-    pull = (ratio - mean - shares @ together) * np.sqrt(weight)
     leverage = ((inverse @ ways) * weighed).sum(axis=0)
-    return float(mean), pull, 1 - leverage, np.array(shares)
+    return _Mean(ways, inverse @ weighed, np.sqrt(weight), 1 - leverage)
 
 
 def _at_best_modulus(measured, own, shapes, partners, unit, *, most=np.inf):
@@ -276,25 +292,21 @@ def _as_read(measured, own, shapes, reading, unit, most):
     partners, pitches, folded = reading
     chosen = own[list(partners)]
     ratio = np.log(pitches / chosen)
-    weight = measured.weight[: len(ratio)]
     sag = None
     weigh = unit is not None and measured.sag is not None
     if weigh:
         size = (unit @ measured.sag) / (unit @ unit) * measured.softer  # 1/Pa times softer
         if size > 0:
             ratio = np.r_[ratio, -0.5 * np.log(size)]
-            weight = measured.weight
-    together = measured.together[:, : len(ratio)]
     faint, strange = np.zeros((2, len(ratio)), bool)
     faint[len(chosen) - measured.faint : len(chosen)] = True
-    log_root, pull, free, shares = _pulled(ratio, weight, together)
+    log_root, pull, free, shares = _mean(measured, tuple(strange)).pulled(ratio)
     while faint.any():  # the farthest off first, for it draws the others' mean
         off = np.where(faint & ~strange, pull**2 / np.maximum(free, 0.1), 0.0)
         if off.max() <= STRANGE:
             break
         strange[off.argmax()] = True
-        left = np.where(strange, 0.0, weight)
-        log_root, pull, free, shares = _pulled(ratio, left, together)
+        log_root, pull, free, shares = _mean(measured, tuple(strange)).pulled(ratio)
     pull = np.where(strange, np.sqrt(STRANGE), pull)
     whole = float(pull @ pull + shares @ shares) + UNFOLDING * len(folded)
     if not whole < most:

@@ -22,6 +22,7 @@ NONE = 1e12  # cost of a body in which no mode is the measured one, for a search
 EDGED = 4  # choices, the best ones, from which it is looked for how far they go
 HALVINGS = 5  # of the step that looks for it
 RIVALS = 4.0  # of what the best choice may cost, at most, that one costs which is kept beside it
+ROUNDED = 1e-9  # of the highest eigenvalue: one that is further below nought buckles
 ITERATIONS = 3  # of a body's modes towards those of a changed one
 
 
@@ -279,6 +280,8 @@ def _looker(effect: Effect, family: Family, ground: Ground):
         shrink = ground.shrink[: len(K)]
         # all of them: a few are slower to get, and may not be got where three are equal
         values, x = (part[..., : len(shrink)] for part in eigh(K, M))
+        if values[0] < -ROUNDED * values[-1]:
+            return None, np.inf
         shapes, unit = (seen @ (part @ x)).T, None
         if own is not None:
             pull = part.T @ own + (family.weight(theta, gravity) if family.weight else 0)

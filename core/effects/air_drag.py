@@ -12,16 +12,27 @@ from .base import Effect, Parameter, too_faint
 
 
 def acceleration(theta, setting):
-    """theta = inner coefficient times the first amplitude (1), spread over the skin."""
+    """theta = inner coefficient times the first amplitude (1), spread over the skin.
+
+    By its modal mass, what mode k feels of mode l is what l feels of k: half of them will do.
+    """
     K, facing = len(setting.facing), setting.facing.T
     skin, wind = (one.reshape(K, 3, -1) for one in (setting.skin, setting.wind.T))
-    work = np.einsum("kis,lis->kls", wind, skin).reshape(K * K, -1)  # by a point's own speed
-    strength = -theta[:, 0] / setting.amplitude
+    first, second = np.triu_indices(K)
+    whole = wind / setting.masses[:, None, None]
+    # `wind` counts both sides for mode 1 alone
+    work = 2 * np.einsum("pis,pis->ps", whole[first], skin[second])  # by a point's own speed
+    pair = np.zeros((K, K), int)
+    pair[first, second] = pair[second, first] = np.arange(len(first))
+    strength = -np.outer(setting.masses, theta[:, 0]) / setting.amplitude
 
     def push(state):
         v = np.ascontiguousarray(state.v)
-        into = 2 * np.maximum(facing @ v, 0.0)  # `wind` counts both sides for mode 1 alone
-        return strength * ((work @ into).reshape(K, K, len(theta)) * v).sum(axis=1)
+        into = facing @ v
+        np.maximum(into, 0.0, out=into)
+        felt = np.take(work @ into, pair, axis=0)
+        felt *= v
+        return strength * np.add.reduce(felt, 1)
 
     return push
 
