@@ -62,19 +62,19 @@ def diagnose(
     *,
     widen: Callable = lambda found, effects: found,
     start: TimeFit | None = None,
-    dragged: Callable = lambda verdict: None,
+    bodily: Callable = lambda verdict: None,
 ) -> Verdict:
     """Name what the declared fit lacks: a law of damping first, then an effect, or two.
 
     `widen` (TimeFit, number of effects -> TimeFit) adds the body's modes that a fit with that
     many effects, its last ones, lays bare. `start`: the declared law at other pitches and damping
-    ratios, from where effects are sought. `dragged` (Verdict -> Verdict or None): what a drag on
-    all of the body's modes explains.
+    ratios, from where effects are sought. `bodily` (Verdict -> Verdict or None): what one effect
+    explains with the body's low modes that nobody heard.
     """
     why = undecidable(free)
     if why:
         return Verdict("refused", ((None, declared),), (), (), (), (), why)
-    as_declared = partial(_told, declared, widen, start or declared, dragged)
+    as_declared = partial(_told, declared, widen, start or declared, bodily)
     lacking = find_damping(declared, free)
     if lacking is None:
         return as_declared()
@@ -82,7 +82,7 @@ def diagnose(
     if _is_noise(declared):
         minor = ((damping.names[0], gained(declared, damping.found)),)
         return replace(as_declared(), minor=minor)
-    then = _told(damping.found, widen, damping.found, dragged)
+    then = _told(damping.found, widen, damping.found, bodily)
     if then.effects and is_needless(then.complete, declared):
         plain = as_declared()
         if plain.verdict == then.verdict and plain.names == then.names:
@@ -104,8 +104,8 @@ def _is_noise(declared: TimeFit) -> bool:
     return quiet and not fails(declared)
 
 
-def _told(declared: TimeFit, widen: Callable, start: TimeFit, dragged: Callable) -> Verdict:
-    verdict = _diagnose(declared, widen, start, dragged)
+def _told(declared: TimeFit, widen: Callable, start: TimeFit, bodily: Callable) -> Verdict:
+    verdict = _diagnose(declared, widen, start, bodily)
     return verdict if verdict.whole else _if_all_told(_sharpened(verdict))
 
 
@@ -148,7 +148,7 @@ def sharpened(found: TimeFit) -> TimeFit:
     return carrying(opened(sharp(found)))
 
 
-def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit, dragged: Callable) -> Verdict:
+def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit, bodily: Callable) -> Verdict:
     chain = ((None, declared),)
     over = excess(declared)
     if _is_noise(declared):
@@ -166,15 +166,18 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit, dragged: Calla
     if over < WEAK and not fails(declared) and more_modes(declared, strong):
         return Verdict("adequate", chain, (), (), ranked, ())
     drags = bool(strong) and strong[0].names == (air_drag.EFFECT.name,)
-    if drags and strong[0].found.chi2 > NOISY * strong[0].found.samples:
+    if drags and _is_noisy(strong[0].found):
         told = "explained" if sufficient(strong[0], ENOUGH) else "unexplained"
-        drag = dragged(replace(partly(chain, strong[0], strong, ranked), verdict=told))
+        drag = bodily(replace(partly(chain, strong[0], strong, ranked), verdict=told))
         if drag:
             return drag
     strong = widened(strong, declared, widen)
     alone, known, done = _one(chain, (able, ranked, strong), over)
     if done:
         return alone
+    ringing = alone and _with_what_it_rings(alone, bodily)
+    if ringing:  # one effect goes before two
+        return ringing
     late = passed_over(left, able, declared)
     able = [*able, *late]
     most = max((c.evidence for c in strong), default=EVIDENCE)
@@ -228,6 +231,21 @@ def _one(chain, singles: tuple, over: float) -> tuple[Verdict | None, dict, bool
     return alone, known, not _lacks(alone) and not _loud(alone, known)
 
 
+def _with_what_it_rings(alone: Verdict, bodily: Callable) -> Verdict | None:
+    """What one effect that is a force explains with the body's low modes, where that leaves noise;
+    else None.
+    """
+    if len(alone.effects) > 1 or not alone.effects[0].found.law.effects[-1].force:
+        return None
+    told = bodily(_sharpened(alone))
+    return told if told and told.verdict == "explained" and not _is_noisy(told.complete) else None
+
+
+def _is_noisy(found: TimeFit) -> bool:
+    """Whether a fit leaves more than noise where it was fitted."""
+    return found.chi2 > NOISY * found.samples
+
+
 def _is_read_off(verdict: Verdict) -> bool:
     effects = verdict.final.law.effects
     return is_read_off([e for e in effects if e.name in verdict.names])
@@ -242,10 +260,9 @@ def _loud(alone: Verdict, known: dict) -> bool:
     if len(alone.effects) > 1:
         return False
     first, beside = alone.effects[0], known.get(final, ())
-    noisy = final.chi2 > NOISY * final.samples
     seen = [c for c in beside if c.evidence > EVIDENCE and not c.outdone]
     more = two_by_two(alone.chain[0][1]) or any(adds(first, c) for c in seen)
-    return (noisy and more) or strays(final, AHEAD)
+    return (_is_noisy(final) and more) or strays(final, AHEAD)
 
 
 def _does_more(both: Verdict, alone: Verdict) -> bool:

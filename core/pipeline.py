@@ -17,7 +17,7 @@ from .case import read_case
 from .data import Case, ElasticModel, Motion, TetMesh, replace
 from .diagnosis import diagnose
 from .dragged import with_drag
-from .effects import added_mass, mesh_stiffening
+from .effects import added_mass, air_drag, mesh_stiffening
 from .elasticity import HUNG, UNKNOWN, held_part
 from .examine import examine
 from .findings import Findings
@@ -159,8 +159,14 @@ def _diagnosed(heard: Heard, start: TimeFit | None = None) -> Verdict:
         heard.free,
         widen=partial(laid_bare, heard),
         start=start,
-        dragged=partial(with_drag, heard),
+        bodily=partial(_in_low_modes, heard),
     )
+
+
+def _in_low_modes(heard: Heard, verdict: Verdict) -> Verdict | None:
+    """What the one effect of the verdict explains with the body's modes that nobody heard."""
+    drags = verdict.names[verdict.laws :] == (air_drag.EFFECT.name,)
+    return with_drag(heard, verdict) if drags else with_stirred(heard, verdict)
 
 
 def _stiffening(mesh: TetMesh, body: Body) -> tuple[np.ndarray, np.ndarray]:

@@ -1155,6 +1155,29 @@ def test_one_effect_is_doubted_where_another_takes_most_of_what_it_leaves(
     assert not _loud(alone, {})
 
 
+@pytest.mark.parametrize(
+    ("effect", "told", "left", "taken"),
+    [
+        (contact.ABOVE, "explained", 1.1, True),
+        (contact.ABOVE, "explained", 2.0, False),
+        (contact.ABOVE, "unexplained", 1.1, False),
+        (contact.ABOVE, None, 1.1, False),
+        (relaxation.EFFECT, "explained", 1.1, False),  # it pushes at no place
+    ],
+)
+def test_one_force_with_the_modes_that_it_rings_goes_before_two_effects(
+    monkeypatch, effect, told, left, taken
+):
+    monkeypatch.setattr(diagnosis, "_sharpened", lambda verdict: verdict)
+    found = SimpleNamespace(law=SimpleNamespace(effects=(effect,)))
+    one, two = (SimpleNamespace(effects=(SimpleNamespace(found=found),) * n) for n in (1, 2))
+    complete = SimpleNamespace(chi2=left * 100.0, samples=100)
+    rings = told and SimpleNamespace(verdict=told, complete=complete)
+    said = diagnosis._with_what_it_rings(one, lambda verdict: rings)
+    assert (said is rings and said is not None) is taken
+    assert diagnosis._with_what_it_rings(two, lambda verdict: rings) is None
+
+
 @pytest.mark.parametrize(("ahead", "told"), [(3.0, True), (1.4, True), (0.9, False)])
 def test_two_effects_tell_more_than_one_that_is_quiet_but_far_off_ahead(ahead, told):
     declared_fit = declared(channels(moved(seed=1)))
