@@ -19,10 +19,11 @@ from core.effects import (
     split_modes,
     stiffness_drift,
 )
+from core.effects.base import Family
 from core.examine import _as_declared, _in_time, _turned_over, _unsure
 from core.findings import Findings
 from core.ground import Ground, looked_at_closely
-from core.modal_layer import Suspect
+from core.modal_layer import Suspect, _looker
 from core.residual import Error
 from core.tell_change import body_lines, sag_lines, sag_span
 
@@ -42,6 +43,32 @@ def suspect(hypothesis, evidence, effect=added_mass.EFFECT, near=(), told=None):
 
 def ground(measured, base):
     return Ground(None, None, measured, base, np.ones(3), *np.zeros((3, 3)))
+
+
+@pytest.mark.parametrize(("lowest", "is_one"), [(1.0, True), (-0.1, False)])
+def test_a_body_that_buckles_is_none(lowest, is_one):
+    """Its own weight may take away more of a stiffness than there is."""
+    measured, _ = looked_at(PITCH)
+    stiffness = np.diag((2 * np.pi * PITCH) ** 2 * [lowest, 1.0, 1.0])
+    family = Family(
+        basis=np.eye(3),
+        matrices=lambda theta: (stiffness, np.eye(3)),
+        grid=np.zeros((1, 1)),
+        low=np.zeros(1),
+        high=np.ones(1),
+        report=lambda theta, young: {},
+    )
+    body = SimpleNamespace(
+        model=SimpleNamespace(points=np.zeros((1, 3))),
+        case=SimpleNamespace(takes=[SimpleNamespace(gravity=None)]),
+        seen=lambda data, shapes: measured.shapes,
+    )
+    known = {"data": None, "pull": None, "shifts": (), "shrink": np.ones(3)}
+    look = _looker(
+        compliant_pin.EFFECT, family, SimpleNamespace(body=body, measured=measured, **known)
+    )
+    found, cost = look(np.zeros(1))
+    assert (found is not None) == np.isfinite(cost) == is_one
 
 
 @pytest.mark.parametrize("declared", [(1.0, 1.0), (0.9, 1.2)])
