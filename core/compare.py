@@ -9,7 +9,7 @@ which costs the more the further they lie apart.
 """
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg.lapack import dgesv
@@ -28,7 +28,6 @@ STRANGE = 16.0  # misfit of a faint mode's pitch from which it is taken for none
 UNFOLDING = 9.0  # what it costs that a pitch was folded by the frame rate
 LIKE = 0.4  # MAC from which a computed mode may be a measured one
 FIRST = 3  # of the lowest computed modes, that the first measured one may be
-KEPT = 64  # of the means that are the same for every body
 CHANCE = 1.0  # misfit by which a higher one must be the better first one
 
 
@@ -57,6 +56,12 @@ class Measured:
         """(q, K + 1) by which logarithms of all pitches may be off at once; the sag's is not."""
         none = np.zeros((0, len(self.error)))
         return np.pad(none if self.common is None else self.common, ((0, 0), (0, 1)))
+
+    @cached_property
+    def means(self) -> tuple["_Mean", "_Mean"]:
+        """Of all pitches' logarithms, and of these with half the sag's."""
+        K = len(self.error)
+        return tuple(_mean(self.weight[:n], self.together[:, :n]) for n in (K, K + 1))
 
     @cached_property
     def seen(self) -> np.ndarray:
@@ -259,11 +264,8 @@ class _Mean:
         return float(best[0]), (ratio - best @ self.ways) * self.root, self.free, best[1:]
 
 
-@lru_cache(maxsize=KEPT)
-def _mean(measured: Measured, strange: tuple[bool, ...]) -> _Mean:
-    """Of all pitches that are not `strange` (n,), and of the sag where n counts that."""
-    weight = np.where(strange, 0.0, measured.weight[: len(strange)])
-    together = measured.together[:, : len(strange)]
+def _mean(weight: np.ndarray, together: np.ndarray) -> _Mean:
+    """weight (n,): 1 / variance; together (q, n): see `Measured`."""
     ways = np.vstack([np.ones(len(weight)), together])
     weighed = ways * weight
     inverse = np.linalg.inv(weighed @ ways.T + np.diag([0.0] + [1.0] * len(together)))
@@ -300,13 +302,15 @@ def _as_read(measured, own, shapes, reading, unit, most):
             ratio = np.r_[ratio, -0.5 * np.log(size)]
     faint, strange = np.zeros((2, len(ratio)), bool)
     faint[len(chosen) - measured.faint : len(chosen)] = True
-    log_root, pull, free, shares = _mean(measured, tuple(strange)).pulled(ratio)
+    log_root, pull, free, shares = measured.means[len(ratio) - len(chosen)].pulled(ratio)
     while faint.any():  # the farthest off first, for it draws the others' mean
         off = np.where(faint & ~strange, pull**2 / np.maximum(free, 0.1), 0.0)
         if off.max() <= STRANGE:
             break
         strange[off.argmax()] = True
-        log_root, pull, free, shares = _mean(measured, tuple(strange)).pulled(ratio)
+        n = len(ratio)
+        left = np.where(strange, 0.0, measured.weight[:n])
+        log_root, pull, free, shares = _mean(left, measured.together[:, :n]).pulled(ratio)
     pull = np.where(strange, np.sqrt(STRANGE), pull)
     whole = float(pull @ pull + shares @ shares) + UNFOLDING * len(folded)
     if not whole < most:

@@ -233,11 +233,11 @@ def _one(chain, singles: tuple, over: float) -> tuple[Verdict | None, dict, bool
 
 def _with_what_it_rings(alone: Verdict, bodily: Callable) -> Verdict | None:
     """What one effect that is a force explains with the body's low modes, where that leaves noise;
-    else None.
+    else None. Whether it explains is asked anew: that it did without them is not enough.
     """
     if len(alone.effects) > 1 or not alone.effects[0].found.law.effects[-1].force:
         return None
-    told = bodily(_sharpened(alone))
+    told = bodily(replace(_sharpened(alone), verdict="unexplained"))
     return told if told and told.verdict == "explained" and not _is_noisy(told.complete) else None
 
 

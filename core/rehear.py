@@ -96,11 +96,12 @@ def _is_better(again: Verdict, before: Verdict) -> bool:
 
 
 def _is_plainer(again: Verdict, before: Verdict) -> bool:
-    """Whether a mode of the body, beside the same laws, tells more than what was read off the
+    """Whether a mode of the body, beside the same laws, explains more than what was read off the
     record: what is so told of what comes is no foresight.
     """
     named = set(again.names) == set(before.by_law) < set(before.names)
-    return named and bic(again.final) < bic(before.final) - EVIDENCE
+    explains = again.verdict in ("explained", "adequate")
+    return named and explains and bic(again.final) < bic(before.final) - EVIDENCE
 
 
 def _with_the_mode(near: Heard, found: TimeFit, heard: Heard) -> TimeFit:

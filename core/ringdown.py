@@ -25,6 +25,7 @@ PERIODS = 3  # after an instant, that must look like ringing for it to be free
 ROUGH = 2.5  # misfit over that of motion surely free, above which an instant is not
 COARSE = 0.03  # of the motion: a misfit below it may be modes too brief to be known
 STEEP = 1.8  # growth of a misfit from a frame to the one before it, where an object was held still
+TURNING = 0.05  # of a swing's power, half of what the quiet half of it about a turning point has
 SURE = 30  # numbers, at least, by which nothing is seen to move
 SIGMAS = 4.0  # the same where the misfit is no more than noise
 
@@ -57,12 +58,12 @@ def find_release(time: np.ndarray, signals: np.ndarray) -> tuple[float, float]:
             "come closer with the camera."
         )
     last = _end(energy, peak, period, max(SUNK, 3 * np.sqrt(3 / (period * even.shape[1]))))
-    first = _begin(even, peak, last, period)
+    first = _begin(even, energy, peak, last, period)
     loud = int(np.argmax(energy > energy[peak] / 4))
     brief, lasts = last - first < BRIEF * period, len(even) - 1 - loud - half >= BRIEF * period
     if brief and lasts and (energy[loud:] > energy[peak] / DRIVEN).all():
         last = len(even) - 1  # something drives it on: there is no fall to find
-        first = _begin(even, loud + half, last, period)
+        first = _begin(even, energy, loud + half, last, period)
     if last - first < FEWEST_FRAMES:
         first, last = max(0, min(first, len(even) - FEWEST_FRAMES)), len(even) - 1
     return float(time[0] + first * dt), float(min(time[0] + last * dt, time[-1]))
@@ -116,7 +117,7 @@ def _end(energy: np.ndarray, peak: int, period: int, sunk: float) -> int:
     return min(stop, peak + int(loud[-1]) + TAIL * period)
 
 
-def _begin(even: np.ndarray, peak: int, last: int, period: int) -> int:
+def _begin(even: np.ndarray, energy: np.ndarray, peak: int, last: int, period: int) -> int:
     """The first frame of the ring-down: from there on it rings as it does later.
 
     What rings briefly is only known once the beginning is, so the step is repeated.
@@ -127,25 +128,28 @@ def _begin(even: np.ndarray, peak: int, last: int, period: int) -> int:
         if earlier >= first:
             break
         first = earlier
-    return max(first, _held_until(even, peak, period))
+    return max(first, _held_until(even, energy, peak, period))
 
 
-def _held_until(even: np.ndarray, peak: int, period: int) -> int:
+def _held_until(even: np.ndarray, energy: np.ndarray, peak: int, period: int) -> int:
     """The last frame before `peak` at which nothing moves, 0 where that is not seen: half a period
-    of rest is no ringing, whatever its pitch may do later.
+    of rest is no ringing, whatever its pitch may do later. What rang before is no rest: it beats.
     """
     C = even.shape[1]
     length = max(period // 2, 1 + -(-SURE // C))
-    if peak < length:
+    chance = SIGMAS * np.sqrt(2 / C / (length - 1))
+    if peak < length or chance > TURNING * energy[peak]:
         return 0
     parts = np.lib.stride_tricks.sliding_window_view(even[: peak + 1], length, axis=0)
-    still = parts.var(axis=2, ddof=1).mean(axis=1) < 1 + SIGMAS * np.sqrt(2 / C / (length - 1))
-    if not still.any():
+    still = np.flatnonzero(parts.var(axis=2, ddof=1).mean(axis=1) < 1 + chance)
+    if not len(still):
         return 0
-    begin = int(np.flatnonzero(still)[-1])
+    begin = still[-1]
     off = even[begin : begin + length] - np.median(even[begin : begin + length], axis=0)
-    at_rest = (off**2).mean(axis=1) < 1 + SIGMAS * np.sqrt(2 / C)
-    return begin + int(np.flatnonzero(at_rest)[-1]) if at_rest.any() else begin
+    at_rest = np.flatnonzero((off**2).mean(axis=1) < 1 + SIGMAS * np.sqrt(2 / C))
+    held = int(begin + at_rest[-1]) if len(at_rest) else int(begin)
+    rang = energy[: max(0, held - period)] > energy[peak] / DRIVEN
+    return 0 if rang.any() else held
 
 
 def _earlier(even: np.ndarray, settled: int, last: int, period: int) -> int:

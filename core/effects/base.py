@@ -61,7 +61,7 @@ class Setting:
     planes: np.ndarray  # (Q', 2, K - 1) couples of some places, along mode 1's way there and across
     skin: np.ndarray  # (K, 3S) motion of points all over the surface per m of u_k: x, y, then z
     facing: np.ndarray  # (K, S) motion of those points along the surface's normal there
-    wind: np.ndarray  # (3S, K) the same, weighted with their share of the drag's work
+    wind: np.ndarray  # (3S, K) as `skin`, times each point's share of the drag's work and `masses`
     amplitude: float  # m, of the first mode at the reference at release
     masses: np.ndarray  # (K,) first modal mass over each
     modal_mass: float  # kg of the first mode, normalised at the reference; NaN = not known

@@ -654,10 +654,6 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="a motion that is read off the record gives way to a mode of the body",
         ),
         pytest.param(
-            "large_amplitude", 161803, {"large_amplitude"}, 1.1,
-            id="one force that rings what nobody heard goes before two effects",
-        ),
-        pytest.param(
             "two:base_motion+large_amplitude", 161803, {"base_motion", "large_amplitude"}, 1.1,
             id="a support that shakes as a whole below all pitches is no high mode",
         ),

@@ -152,7 +152,7 @@ AMPLITUDE = 0.01
 def setting() -> Setting:
     """Three modes with masses, places and a skin of their own."""
     rng = np.random.default_rng(3)
-    skin = rng.normal(size=(3, 12))
+    skin, masses = rng.normal(size=(3, 12)), np.array([1.0, 0.4, 2.5])
     return Setting(
         omega=OMEGA,
         zeta=np.full(3, 0.02),
@@ -162,9 +162,9 @@ def setting() -> Setting:
         planes=np.zeros((0, 2, 2)),
         skin=skin,
         facing=rng.normal(size=(3, 4)),
-        wind=skin.T / 12,
+        wind=skin.T / 12 * masses,
         amplitude=AMPLITUDE,
-        masses=np.array([1.0, 0.4, 2.5]),
+        masses=masses,
         modal_mass=0.02,
         drag_area=1e-3,
         duration=4.0,

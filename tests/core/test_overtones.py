@@ -101,6 +101,7 @@ def test_it_counts_where_all_is_told_with_it_and_no_less_foretold(
         ((contact.ABOVE,), (), False),  # a stop rings at an overtone, too
         ((contact.ABOVE,), (contact.ABOVE,), True),
         ((contact.ABOVE, SHAKES), (contact.ABOVE,), True),
+        ((contact.ABOVE, SHAKES), (), False),
     ],
 )
 def test_what_explains_gives_way_to_a_mode_only_if_it_is_read_off_the_record(

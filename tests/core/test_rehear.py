@@ -48,25 +48,27 @@ def test_what_was_explained_stays_so(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("names", "bic", "better"),
+    ("verdicts", "names", "bic", "better"),
     [
-        (("rub",), 900.0, True),
-        (("rub",), 990.0, False),  # hardly likelier
-        (("drag",), 900.0, False),
-        (("rub", "shake"), 900.0, False),
-        ((), 900.0, False),  # nothing is named
+        (("explained", "explained"), ("rub",), 900.0, True),
+        (("unexplained", "explained"), ("rub",), 900.0, True),
+        (("unexplained", "unexplained"), ("rub",), 900.0, False),
+        (("explained", "explained"), ("rub",), 990.0, False),  # hardly likelier
+        (("explained", "explained"), ("drag",), 900.0, False),
+        (("explained", "explained"), ("rub", "shake"), 900.0, False),
+        (("explained", "explained"), (), 900.0, False),  # nothing is named
     ],
 )
 def test_a_mode_of_the_body_is_better_than_a_motion_that_is_read_off(
-    names, bic, better, monkeypatch
+    verdicts, names, bic, better, monkeypatch
 ):
     """However little that leaves of what was held out, where it was read off, too."""
     monkeypatch.setattr(rehear, "excess", lambda final: final.left)
     monkeypatch.setattr(rehear, "errors", lambda final: final)
     monkeypatch.setattr(rehear, "bic", lambda final: final.bic)
-    before = verdict("explained", 1.0, 0.1, ("rub", "shake"))
+    before = verdict(verdicts[0], 1.0, 0.1, ("rub", "shake"))
     before.names, before.by_law, before.final.bic = ("rub", "shake"), ("rub",), 1000.0
-    again = verdict("explained", 0.9, 1.0, names)
+    again = verdict(verdicts[1], 0.9, 1.0, names)
     again.names, again.final.bic = names, bic
     assert rehear._is_better(again, before) == better
 

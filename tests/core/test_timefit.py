@@ -1173,8 +1173,12 @@ def test_one_force_with_the_modes_that_it_rings_goes_before_two_effects(
     one, two = (SimpleNamespace(effects=(SimpleNamespace(found=found),) * n) for n in (1, 2))
     complete = SimpleNamespace(chi2=left * 100.0, samples=100)
     rings = told and SimpleNamespace(verdict=told, complete=complete)
-    said = diagnosis._with_what_it_rings(one, lambda verdict: rings)
+    asked = []
+    monkeypatch.setattr(diagnosis, "replace", lambda _, **said: said)
+    said = diagnosis._with_what_it_rings(one, lambda verdict: asked.append(verdict) or rings)
     assert (said is rings and said is not None) is taken
+    # "explained" without them, it would stay so whatever these leave
+    assert asked == [{"verdict": "unexplained"}] * bool(effect.force)
     assert diagnosis._with_what_it_rings(two, lambda verdict: rings) is None
 
 
