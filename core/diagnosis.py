@@ -238,7 +238,7 @@ def _with_what_it_rings(alone: Verdict, bodily: Callable) -> Verdict | None:
     if len(alone.effects) > 1 or not alone.effects[0].found.law.effects[-1].force:
         return None
     told = bodily(replace(_sharpened(alone), verdict="unexplained"))
-    return told if told and told.verdict == "explained" and not _is_noisy(told.complete) else None
+    return told if told and told.verdict == "explained" else None
 
 
 def _is_noisy(found: TimeFit) -> bool:

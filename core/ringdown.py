@@ -25,9 +25,9 @@ PERIODS = 3  # after an instant, that must look like ringing for it to be free
 ROUGH = 2.5  # misfit over that of motion surely free, above which an instant is not
 COARSE = 0.03  # of the motion: a misfit below it may be modes too brief to be known
 STEEP = 1.8  # growth of a misfit from a frame to the one before it, where an object was held still
+SIGMAS = 4.0  # the same where the misfit is no more than noise
 TURNING = 0.05  # of a swing's power, half of what the quiet half of it about a turning point has
 SURE = 30  # numbers, at least, by which nothing is seen to move
-SIGMAS = 4.0  # the same where the misfit is no more than noise
 
 
 def find_release(time: np.ndarray, signals: np.ndarray) -> tuple[float, float]:
@@ -35,8 +35,9 @@ def find_release(time: np.ndarray, signals: np.ndarray) -> tuple[float, float]:
 
     The loudest ring-down of the record, by speed, so that a slow pull before the release does not
     count. It begins with the earliest frame from which on the motion is one of damped sinusoids
-    with the poles that the later motion has, and ends where something strikes again or where
-    nothing but noise is left. Raises RecordingError where nothing moves.
+    with the poles that the later motion has, after the last rest before it, and ends where
+    something strikes again or where nothing but noise is left. Raises RecordingError where nothing
+    moves.
     """
     time, signals = np.asarray(time, float), np.asarray(signals, float)
     signals = signals[:, np.isfinite(signals).sum(axis=0) >= FEWEST_FRAMES]

@@ -1156,23 +1156,21 @@ def test_one_effect_is_doubted_where_another_takes_most_of_what_it_leaves(
 
 
 @pytest.mark.parametrize(
-    ("effect", "told", "left", "taken"),
+    ("effect", "told", "taken"),
     [
-        (contact.ABOVE, "explained", 1.1, True),
-        (contact.ABOVE, "explained", 2.0, False),
-        (contact.ABOVE, "unexplained", 1.1, False),
-        (contact.ABOVE, None, 1.1, False),
-        (relaxation.EFFECT, "explained", 1.1, False),  # it pushes at no place
+        (contact.ABOVE, "explained", True),
+        (contact.ABOVE, "unexplained", False),
+        (contact.ABOVE, None, False),
+        (relaxation.EFFECT, "explained", False),  # it pushes at no place
     ],
 )
 def test_one_force_with_the_modes_that_it_rings_goes_before_two_effects(
-    monkeypatch, effect, told, left, taken
+    monkeypatch, effect, told, taken
 ):
     monkeypatch.setattr(diagnosis, "_sharpened", lambda verdict: verdict)
     found = SimpleNamespace(law=SimpleNamespace(effects=(effect,)))
     one, two = (SimpleNamespace(effects=(SimpleNamespace(found=found),) * n) for n in (1, 2))
-    complete = SimpleNamespace(chi2=left * 100.0, samples=100)
-    rings = told and SimpleNamespace(verdict=told, complete=complete)
+    rings = told and SimpleNamespace(verdict=told)
     asked = []
     monkeypatch.setattr(diagnosis, "replace", lambda _, **said: said)
     said = diagnosis._with_what_it_rings(one, lambda verdict: asked.append(verdict) or rings)
