@@ -1,9 +1,9 @@
 """The best single effect, and a second one beside it."""
 
 from .law import TimeFit
-from .residual import NOISY, excess, misfit
+from .residual import EVIDENCE, NOISY, excess, misfit
 from .sufficiency import counts_second, fails, gained, one_of
-from .time_layer import EVIDENCE, MATERIAL, Candidate, seconds
+from .time_layer import MATERIAL, Candidate, seconds
 from .verdict import Verdict, twins_of
 
 RIVALS = 3  # single effects, the best ones, beside which a second one is sought

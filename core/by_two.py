@@ -12,10 +12,10 @@ from .foils import is_broken, weakens, weakens_rather
 from .law import TimeFit
 from .ready import polished, to_their_end
 from .refit import turned, without
-from .residual import AHEAD, NOISY, QUIET, excess, strays
+from .residual import AHEAD, EVIDENCE, NOISY, QUIET, excess, strays
 from .side_by_side import in_step_by_parts
 from .sufficiency import ENOUGH_BOTH, adds, bends_the_body, one_of, owes, sufficient
-from .time_layer import EVIDENCE, NEARLY, Candidate, judge, refuted, vetoed
+from .time_layer import NEARLY, Candidate, judge, refuted, vetoed
 from .together import pairs
 from .verdict import Verdict, partly, twins_of
 

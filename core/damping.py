@@ -4,7 +4,8 @@ import numpy as np
 
 from .effects import DAMPING
 from .law import TimeFit, replace
-from .time_layer import EVIDENCE, Candidate, judge
+from .residual import EVIDENCE
+from .time_layer import Candidate, judge
 from .timefit import fit
 
 TELLING = 3  # modes from which on one loss factor and many damping ratios can be told apart

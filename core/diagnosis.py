@@ -23,7 +23,7 @@ from .forgotten import more_modes
 from .law import TimeFit
 from .pair import opened
 from .ready import to_their_end, widened
-from .residual import AHEAD, NOISY, QUIET, excess, strays
+from .residual import AHEAD, EVIDENCE, NOISY, QUIET, excess, strays
 from .side_by_side import in_step_by_parts
 from .sufficiency import (
     CLEARLY,
@@ -34,14 +34,12 @@ from .sufficiency import (
     bends_the_body,
     fails,
     gained,
-    is_drowned,
     is_read_off,
     owes,
     shows,
     sufficient,
 )
 from .time_layer import (
-    EVIDENCE,
     MATERIAL,
     Candidate,
     judge,
@@ -117,13 +115,13 @@ def _if_all_told(verdict: Verdict) -> Verdict:
 
 
 def _lacks(verdict: Verdict) -> bool:
-    """Whether what was found owes an explanation of what it leaves, two effects sooner, or of what
-    stops the swings, or tells that only in another body, or as strong as nothing is.
+    """Whether what was found owes an explanation of what it leaves, two effects sooner, or tells
+    that only in another body, or as strong as nothing is.
     """
     clearly = CLEARLY if len(verdict.effects) < 2 else CLEARLY_BOTH
     final, declared = verdict.final, verdict.chain[0][1]
-    owing = owes(final, declared, clearly) or is_drowned(final)
-    return owing or bends_the_body(final) or bool(at_a_bound(final, declared))
+    otherwise = bends_the_body(final) or bool(at_a_bound(final, declared))
+    return otherwise or owes(final, declared, clearly)
 
 
 def _sharpened(verdict: Verdict) -> Verdict:
@@ -192,7 +190,6 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit, bodily: Callab
     both = by_two(chain, (able, ranked, strong, known), over, widen)
     # such two as owe a little are named all the same: they tell more than one of them
     told = both.verdict == "explained" and not owes(both.final, declared)
-    told = told and not is_drowned(both.final)
     if told and alone and _is_read_off(both) and not _is_read_off(alone):
         told = _takes_most(both, alone)
     if told and alone and not _lacks(alone):  # all that one leaves, or nothing

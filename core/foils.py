@@ -5,9 +5,9 @@ from .effects.sudden_change import FOIL
 from .law import TimeFit
 from .race import Try, race
 from .refit import swapped
-from .residual import AHEAD, NOISY, QUIET, misfit, strays
+from .residual import AHEAD, EVIDENCE, NOISY, QUIET, misfit, strays
 from .screen import screen
-from .time_layer import EVIDENCE, Candidate, judge
+from .time_layer import Candidate, judge
 from .timefit import best_fit, fit, sharp
 
 HALF = 0.5  # of what the best effect leaves is what a sudden change may leave to be the cause

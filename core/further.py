@@ -38,7 +38,7 @@ from .linear_part import fitted_instants
 from .match import ACROSS, HARMONIC, Match, likeness, mac
 from .pursuit import is_driven
 from .refit import without
-from .residual import QUIET, bic
+from .residual import EVIDENCE, QUIET, bic
 from .settle import displaced
 from .side_by_side import meanwhile
 from .timefit import extend, fit
@@ -48,7 +48,6 @@ BODILY = 0.8  # share of its shape within those of the body's low modes
 SPAN = 12  # of them
 OVERTONE = 0.3  # of the swing of a mode, at most, that its overtone has
 NEARLY, SURE = 0.05, 0.9  # of a computed pitch, and MAC: a mode even where an overtone would lie
-EVIDENCE = 20.0  # gain in BIC of each
 ROUNDS = 2
 MOST = 6  # modes that are sought at a time
 

@@ -20,7 +20,7 @@ from .law import Law, TimeFit
 from .residual import EVIDENCE, NOISY, bic, errors
 from .settle import MUCH, STRAY
 from .stirred import LIGHT, LOOKS, SHARES, SILENT, of_heard, widened
-from .sufficiency import CLEARLY, at_a_bound, bends_the_body, is_drowned, owes
+from .sufficiency import CLEARLY, at_a_bound, bends_the_body, owes
 from .time_layer import judge, vetoed
 from .timefit import conclude, walked
 from .verdict import Verdict, Whole, twins_of
@@ -106,7 +106,7 @@ def explains(one: TimeFit, declared: TimeFit, apart: np.ndarray, clearly: float 
     """
     if one.chi2 > NOISY * one.samples or owes(one, declared, clearly):
         return False
-    if vetoed(one) or bends_the_body(one) or at_a_bound(one, declared) or is_drowned(one):
+    if vetoed(one) or bends_the_body(one) or at_a_bound(one, declared):
         return False
     off = np.log(one.frequency) - apart
     off = np.abs(off - off[one.loudest])

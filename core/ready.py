@@ -12,10 +12,10 @@ from .further import with_modes_of
 from .law import TimeFit
 from .read_off import read_anew
 from .refit import turned
-from .residual import NOISY, QUIET
+from .residual import EVIDENCE, NOISY, QUIET
 from .rub import in_plane
 from .side_by_side import in_step_by_parts
-from .time_layer import EVIDENCE, NEARLY, Candidate, judge, vetoed
+from .time_layer import NEARLY, Candidate, judge, vetoed
 from .timefit import fit
 
 LAID_BARE = 2  # best candidates that are looked at for what they lay bare, one by each process

@@ -13,7 +13,7 @@ NOISY = 1.3  # misfit per sample above which noise alone is no explanation
 FAR_OFF = 2.0  # times its noise, from which a held-out error is that of something not modelled
 AHEAD = 1.5  # the same, from which what an effect leaves ahead shows a second one, or a better fit
 SHARE = 0.2  # of what is left, that a wider law must take: less may be what acts in time
-EVIDENCE = 20.0  # gain in BIC that it must bring
+EVIDENCE = 20.0  # least gain in BIC (Kass and Raftery 1995 call 10 very strong)
 
 
 def parts(takes: tuple[Channels, ...], held: bool) -> list[np.ndarray]:

@@ -25,7 +25,7 @@ from .law import Law, TimeFit
 from .match import PAIR, Match
 from .residual import NOISY, bic, errors, excess
 from .settle import CLOSE, MUCH, STRAY, Recorded, told_elsewhere
-from .sufficiency import CLEARLY, at_a_bound, bends_the_body, is_drowned, owes
+from .sufficiency import CLEARLY, at_a_bound, bends_the_body, owes
 from .time_layer import judge, vetoed
 from .timefit import at_first, conclude, misfits, walked
 from .unmatched import UNSEEN
@@ -272,7 +272,7 @@ def _retold(verdict: Verdict, best: TimeFit) -> Verdict:
     before, damped = verdict.final, verdict.damped
     final, own = of_heard(best, before), verdict.effects[verdict.laws :]
     told = len(own) == 1 and best.chi2 < NOISY * best.samples
-    told = told and not owes(best, damped, CLEARLY) and not is_drowned(best)
+    told = told and not owes(best, damped, CLEARLY)
     told = told and not weakens(damped, judge(own[0].names, best, damped))
     return replace(
         verdict,

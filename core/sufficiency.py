@@ -67,11 +67,13 @@ def loud(found: TimeFit) -> np.ndarray:
 
 def owes(found: TimeFit, declared: TimeFit, clearly: float = CLEARLY) -> bool:
     """Whether effects that take most of what was off leave clearly more than noise, and more than a
-    trifle of it: what they lack has a cause too.
+    trifle of it: what they lack has a cause too. So has what stops the swings beside them.
 
     What is read off the record is there as it was, so that what it leaves is no trifle; nor is an
     error as large as the motion itself, which nothing at all would have predicted better.
     """
+    if is_drowned(found):
+        return True
     noise = noise_share(declared.law.takes, True, doubted=True)
     after, before = (errors(one).held_out for one in (found, declared))
     read = is_read_off([e for e in found.law.effects if e not in declared.law.effects])

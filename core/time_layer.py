@@ -23,7 +23,6 @@ from .screen import screen
 from .side_by_side import in_step_by_parts
 from .timefit import FURTHEST, fit
 
-EVIDENCE = 20.0  # least gain in BIC (Kass and Raftery 1995 call 10 very strong)
 MATERIAL = 0.005  # least share of the motion's RMS
 NEARLY = 0.80  # of the best one's gain makes a twin
 SAME = 0.99  # of a line's gain, with which a rub tells as much

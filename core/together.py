@@ -20,10 +20,9 @@ from .law import TimeFit
 from .outset import begin, outsets
 from .race import TELLS, Try, race, raced, unlike
 from .refit import turned
-from .residual import AHEAD, NOISY, bic, strays
+from .residual import AHEAD, EVIDENCE, NOISY, bic, strays
 from .side_by_side import in_step_by_parts
 from .time_layer import (
-    EVIDENCE,
     PROMISE,
     Candidate,
     able,

@@ -8,7 +8,8 @@ import pytest
 from core import by_two as module
 from core.by_two import by_two, or_their_twins
 from core.effects import dry_friction, relaxation
-from core.time_layer import EVIDENCE, Candidate
+from core.residual import EVIDENCE
+from core.time_layer import Candidate
 from core.verdict import Verdict
 from tests.core.test_together import both_of, creeping_and_rubbed
 

@@ -132,7 +132,7 @@ def test_a_law_of_damping_stays_before_it(plainly):
     assert told.chain[:2] == before.chain[:2]
 
 
-@pytest.mark.parametrize("doubt", ["owes", "vetoed", "bends_the_body", "at_a_bound", "is_drowned"])
+@pytest.mark.parametrize("doubt", ["owes", "vetoed", "bends_the_body", "at_a_bound"])
 def test_a_drag_that_is_in_doubt_is_none(plainly, monkeypatch, doubt):
     monkeypatch.setattr(lowest, doubt, lambda *_: ["air_drag"])
     assert plainly(verdict_of("unexplained", "contact"), fit_of(105.0)) is None

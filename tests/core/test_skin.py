@@ -4,6 +4,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from core.effects import air_drag
 from core.skin import few
@@ -63,10 +64,13 @@ def test_few_points_drag_as_all_of_them_do():
     assert np.linalg.norm(off) < 0.02 * np.linalg.norm(whole)
 
 
-def test_only_the_side_in_front_is_dragged():
+@pytest.mark.parametrize("masses", [(1.0, 1.0, 1.0), (1.0, 0.4, 2.5)])
+def test_only_the_side_in_front_is_dragged(masses):
     """So a twist that goes with a bend is dragged by what one side alone feels: a body whose two
-    sides were dragged half each would feel none of it.
+    sides were dragged half each would feel none of it. A light mode is dragged more than a heavy
+    one: masses (K,) are one over those of the modes.
     """
+    masses = np.array(masses)
     place, normal, areas = skin()
     moved = swaying(place)
     facing = np.einsum("qi,qik->qk", normal, moved)
@@ -78,10 +82,11 @@ def test_only_the_side_in_front_is_dragged():
         omega=np.ones(3),
         skin=np.swapaxes(skin_of, 1, 2).reshape(3, -1),
         facing=facing[pick].T,
-        wind=(np.swapaxes(skin_of, 1, 2) * share).reshape(3, -1).T,
+        wind=(np.swapaxes(skin_of, 1, 2) * share).reshape(3, -1).T * masses,
+        masses=masses,
     )
     push = air_drag.acceleration(np.array([[one.amplitude]]), one)
     for speed in np.array([[1.0, 0.3, 0.5], [-1.0, 0.2, 0.4], [0.2, -1.0, 0.3]]):
         told = push(SimpleNamespace(v=speed[:, None]))[:, 0]
-        expected = -2 * drag(moved, facing, areas, speed)
+        expected = -2 * drag(moved, facing, areas, speed) * masses
         assert np.abs(told - expected).max() < 0.03 * np.abs(expected).max()

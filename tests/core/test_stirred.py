@@ -233,13 +233,12 @@ def test_a_mode_that_moves_the_pitch_of_what_was_heard_takes_its_part(rung_by_th
         (1, 1.5, (), "unexplained"),
         (1, 1.1, ("owes",), "unexplained"),
         (1, 1.1, ("weakens",), "unexplained"),
-        (1, 1.1, ("is_drowned",), "unexplained"),
     ],
 )
 def test_one_effect_explains_all_where_no_more_than_noise_is_left(
     effects, left, doubts, verdict, monkeypatch
 ):
-    for name in ("owes", "weakens", "is_drowned"):
+    for name in ("owes", "weakens"):
         monkeypatch.setattr(stirred, name, lambda *_, name=name: name in doubts)
     monkeypatch.setattr(stirred, "judge", lambda *_: None)
     monkeypatch.setattr(stirred, "of_heard", lambda best, before: best)

@@ -815,7 +815,7 @@ def test_what_must_be_as_strong_as_nothing_is_is_no_explanation(effect, theta, b
     assert bool(told_bounds(found, bare)) is beyond
     chain = ((None, bare), (effect.name, found))
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("owes", "is_drowned", "bends_the_body"):
+        for name in ("owes", "bends_the_body"):
             patch.setattr(diagnosis, name, lambda *_: False)
         told = diagnosis._if_all_told(Verdict("explained", chain, (None,), ((),), (), ()))
     assert told.verdict == ("unexplained" if beyond else "explained")
