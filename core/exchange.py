@@ -19,7 +19,7 @@ from .race import unlike
 from .refit import swapped, turned
 from .residual import NOISY, QUIET
 from .side_by_side import in_step_by_parts
-from .sufficiency import ENOUGH
+from .sufficiency import ENOUGH, fails
 from .time_layer import Candidate, able, begins_of, judge, refuted, stands_in
 from .timefit import at_first, best_fit, misfits, walked
 
@@ -33,10 +33,12 @@ HOPE = 1.5  # of the best one's misfit, that it leaves then at most
 
 def exchanged_alone(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
     """The single effects, best first, with those that the best one's twins make in its place, where
-    that leaves something and they nothing.
+    that leaves something, or foretells less than noise allows, and they nothing.
     """
     best = next((c for c in found if not c.outdone), None)
-    if best is None or best.found.chi2 < QUIET * best.found.samples:
+    if best is None:
+        return found
+    if best.found.chi2 < QUIET * best.found.samples and not fails(best.found):
         return found
     twins = [
         effect

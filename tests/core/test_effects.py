@@ -17,6 +17,7 @@ from core.data import Camera, RingDown
 from core.effects import (
     BY_NAME,
     TIME_EFFECTS,
+    asymmetric_stiffness,
     base_motion,
     further_mode,
     graded_stiffness,
@@ -723,3 +724,26 @@ def test_a_support_that_no_marker_shows_is_told_by_how_the_body_answers_to_it():
     left, rigid = (np.sqrt(np.mean((one - moved)[inner] ** 2)) for one in (shared, stiff))
     assert left < 0.1 * rigid
     assert rms == pytest.approx(np.sqrt(np.var(support, axis=0).sum()), rel=0.05)
+
+
+@pytest.mark.parametrize("power", [1.0, 1.6, 2.0])
+@pytest.mark.parametrize(("apart", "pair"), [(0.0, True), (0.02, True), (0.5, False)])
+def test_how_uneven_a_stiffness_is_hangs_on_no_choice_of_a_pairs_directions(power, apart, pair):
+    """A force k |x|^p that acts along one direction of a degenerate pair, told by modes that lie
+    `turn` aside of it.
+    """
+    k, told = 0.08, []
+    for turn in np.deg2rad([0.0, 35.0, 80.0]):
+        two = replace(
+            setting(),
+            omega=OMEGA[0] * np.array([1.0, 1.0 + apart]),
+            couple=np.ones(2),
+            masses=np.ones(2),
+        )
+        theta = np.array([k * np.cos(turn) ** (1 + power), power, np.tan(turn)])
+        told.append(asymmetric_stiffness.report(theta, two, None)["ratio"])
+    assert told[0] == pytest.approx((1 + k) / (1 - k))
+    if pair:
+        assert told == pytest.approx(told[:1] * 3, rel=0.01)
+    else:  # two modes by themselves: it is the first one's stiffness that is told
+        assert told[2] == pytest.approx((1 + theta[0]) / (1 - theta[0]))

@@ -55,6 +55,7 @@ from core.sufficiency import (
     at_a_bound,
     bends_the_body,
     counts_second,
+    fails,
     gained,
     is_drowned,
     owes,
@@ -478,6 +479,13 @@ def test_what_bends_the_pitch_otherwise_is_tried_in_the_place_of_its_twin(force,
     assert best.names == (right,)
     assert best.found.chi2 < 1.1 * best.found.samples < only.found.chi2
     assert exchanged_alone([best], found) == [best]  # it leaves nothing
+    # what leaves nothing where it was fitted, but foretells less than noise allows
+    quiet = replace(only.found, chi2=1.05 * only.found.samples)
+    assert fails(quiet)
+    rather, *_ = exchanged_alone([judge((wrong.name,), quiet, found)], found)
+    assert rather.names == (right,)
+    foretold = judge((wrong.name,), replace(quiet, predicted=best.found.predicted), found)
+    assert exchanged_alone([foretold], found) == [foretold]
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
