@@ -17,7 +17,7 @@ from .effects.further_mode import ran_off
 from .law import Law, TimeFit
 from .race import unlike
 from .refit import swapped, turned
-from .residual import NOISY, QUIET
+from .residual import NOISY, QUIET, errors
 from .side_by_side import in_step_by_parts
 from .sufficiency import ENOUGH, fails
 from .time_layer import Candidate, able, begins_of, judge, refuted, stands_in
@@ -33,12 +33,14 @@ HOPE = 1.5  # of the best one's misfit, that it leaves then at most
 
 def exchanged_alone(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
     """The single effects, best first, with those that the best one's twins make in its place, where
-    that leaves something, or foretells less than noise allows, and they nothing.
+    that leaves something and they nothing, or where it predicts what was held out worse than its
+    noise allows, and they better.
     """
     best = next((c for c in found if not c.outdone), None)
     if best is None:
         return found
-    if best.found.chi2 < QUIET * best.found.samples and not fails(best.found):
+    quiet, off = best.found.chi2 < QUIET * best.found.samples, errors(best.found).held_out
+    if quiet and not fails(best.found):
         return found
     twins = [
         effect
@@ -51,6 +53,8 @@ def exchanged_alone(found: list[Candidate], declared: TimeFit) -> list[Candidate
     for one in filter(None, tries):
         strayed = ran_off(one) and not ran_off(best.found)
         if one.chi2 > NOISY * one.samples or strayed or refuted(one):
+            continue
+        if quiet and not errors(one).held_out < off:
             continue
         candidate = judge((one.law.effects[-1].name,), one, declared)
         before = kept.get(candidate.names, candidate)

@@ -11,8 +11,6 @@ import numpy as np
 from . import perspective
 from .base import Effect, Parameter
 
-PAIR = 0.03  # of a pitch, within which two modes are one that swings in any direction
-
 
 def force(theta, setting):
     """Even force at the reference; theta = (b, p)."""
@@ -22,13 +20,12 @@ def force(theta, setting):
 
 
 def report(theta, setting, shape):
-    """Secant stiffness of the stiffer side over the other at the first amplitude, in the direction
-    of a degenerate pair in which its place moves.
+    """Secant stiffness of the stiffer side over the other at the first amplitude, of the mode that
+    it bends most: a degenerate pair may swing across where it acts, too.
     """
     place = np.r_[1.0, theta[2 : 1 + len(setting.omega)]]
-    squares = place**2 * setting.masses * (setting.omega[0] / setting.omega) ** 2
-    pair = np.abs(setting.omega / setting.omega[0] - 1) < PAIR
-    b = min(abs(theta[0]) * squares[pair].sum() ** ((1 + theta[1]) / 2), 0.95)
+    bends = place**2 * setting.masses * (setting.omega[0] / setting.omega) ** 2
+    b = min(abs(theta[0]) * bends.max(), 0.95)
     return {"ratio": (1 + b) / (1 - b)}
 
 

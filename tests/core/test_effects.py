@@ -726,24 +726,28 @@ def test_a_support_that_no_marker_shows_is_told_by_how_the_body_answers_to_it():
     assert rms == pytest.approx(np.sqrt(np.var(support, axis=0).sum()), rel=0.05)
 
 
-@pytest.mark.parametrize("power", [1.0, 1.6, 2.0])
-@pytest.mark.parametrize(("apart", "pair"), [(0.0, True), (0.02, True), (0.5, False)])
-def test_how_uneven_a_stiffness_is_hangs_on_no_choice_of_a_pairs_directions(power, apart, pair):
-    """A force k |x|^p that acts along one direction of a degenerate pair, told by modes that lie
-    `turn` aside of it.
-    """
-    k, told = 0.08, []
-    for turn in np.deg2rad([0.0, 35.0, 80.0]):
-        two = replace(
-            setting(),
-            omega=OMEGA[0] * np.array([1.0, 1.0 + apart]),
-            couple=np.ones(2),
-            masses=np.ones(2),
-        )
-        theta = np.array([k * np.cos(turn) ** (1 + power), power, np.tan(turn)])
-        told.append(asymmetric_stiffness.report(theta, two, None)["ratio"])
-    assert told[0] == pytest.approx((1 + k) / (1 - k))
-    if pair:
-        assert told == pytest.approx(told[:1] * 3, rel=0.01)
-    else:  # two modes by themselves: it is the first one's stiffness that is told
-        assert told[2] == pytest.approx((1 + theta[0]) / (1 - theta[0]))
+@pytest.mark.parametrize(
+    ("place", "bent", "powers"),
+    [((0.5, -0.3), 0, (1.0, 1.6, 2.0)), ((3.0, 0.2), 1, (1.0,)), ((0.2, -9.0), 2, (1.0,))],
+)
+def test_a_stiffness_is_as_uneven_as_that_of_the_mode_which_it_bends_most(place, bent, powers):
+    """By the force itself: each mode pushed by the first amplitude to either side."""
+    three = replace(
+        setting(),
+        omega=OMEGA[0] * np.array([1.0, 1.02, 4.0]),
+        couple=np.ones(3),
+        masses=np.array([1.0, 0.7, 1.8]),
+    )
+    couple = np.r_[1.0, place]
+    for power in powers:
+        theta = np.array([0.04, power, *place])
+        push = asymmetric_stiffness.force(theta[None], three)
+        sides = []
+        for k, omega in enumerate(three.omega):
+            far = np.array([-AMPLITUDE, AMPLITUDE])
+            felt = [float(push(SimpleNamespace(x=couple[k] * u))[0]) for u in far]
+            sides.append(omega**2 - couple[k] * three.masses[k] * np.array(felt) / far)
+        ratios = [max(side) / min(side) for side in sides]
+        assert int(np.argmax(ratios)) == bent
+        told = asymmetric_stiffness.report(theta, three, None)["ratio"]
+        assert told - 1 == pytest.approx(ratios[bent] - 1, rel=1e-6)

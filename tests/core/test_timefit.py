@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core import diagnosis, foils, sufficiency, time_layer
+from core import diagnosis, exchange, foils, sufficiency, time_layer
 from core.alone import add_second
 from core.baseline import _places, behind, build_law
 from core.carried import carrying
@@ -470,7 +470,9 @@ def test_high_modes_see_as_many_steps_as_they_need():
      (Backbone(0.04, 0.3), contact.ABOVE, "large_amplitude")],
     ids=["a stop", "a backbone"],
 )  # fmt: skip
-def test_what_bends_the_pitch_otherwise_is_tried_in_the_place_of_its_twin(force, wrong, right):
+def test_what_bends_the_pitch_otherwise_is_tried_in_the_place_of_its_twin(
+    force, wrong, right, monkeypatch
+):
     found = declared(channels(moved(force)))
     only = judge((wrong.name,), raced(found, wrong), found)
     twin = next(e for e in TIME_EFFECTS if e.name == right)
@@ -486,6 +488,10 @@ def test_what_bends_the_pitch_otherwise_is_tried_in_the_place_of_its_twin(force,
     assert rather.names == (right,)
     foretold = judge((wrong.name,), replace(quiet, predicted=best.found.predicted), found)
     assert exchanged_alone([foretold], found) == [foretold]
+    worse = replace(best.found, predicted=tuple(3 * y for y in only.found.predicted))
+    monkeypatch.setattr(exchange, "_put_in_hope", lambda *_: worse)
+    (still,) = exchanged_alone([judge((wrong.name,), quiet, found)], found)
+    assert still.names == (wrong.name,)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
