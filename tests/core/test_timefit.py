@@ -481,7 +481,7 @@ def test_what_bends_the_pitch_otherwise_is_tried_in_the_place_of_its_twin(
     assert best.names == (right,)
     assert best.found.chi2 < 1.1 * best.found.samples < only.found.chi2
     assert exchanged_alone([best], found) == [best]  # it leaves nothing
-    # what leaves nothing where it was fitted, but foretells less than noise allows
+    # what leaves nothing where it was fitted, but predicts worse than noise allows
     quiet = replace(only.found, chi2=1.05 * only.found.samples)
     assert fails(quiet)
     rather, *_ = exchanged_alone([judge((wrong.name,), quiet, found)], found)
