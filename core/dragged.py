@@ -22,6 +22,7 @@ from .refit import without
 from .residual import EVIDENCE, QUIET, bic
 from .sufficiency import CLEARLY_BOTH
 from .time_layer import judge, seconds
+from .timefit import misfits
 from .verdict import Verdict
 
 DRAG = air_drag.EFFECT
@@ -57,10 +58,11 @@ def with_drag(heard: Heard, verdict: Verdict, *, beside: bool = False) -> Verdic
 def _with_another(verdict: Verdict, lowest: Lowest, drags: list[TimeFit]) -> Verdict | None:
     """The verdict that one of the `drags`, of which the best alone tells more than all that was
     found, and what shows beside it explain all: the best one may have bent itself to what the other
-    effect does.
+    effect does. One without which nothing would change is none.
     """
-    declared, first = verdict.damped, min(drags, key=bic)
-    if not bic(first) < bic(verdict.complete):
+    drags = [one for one in drags if _acts(one)]
+    declared, first = verdict.damped, min(drags, key=bic, default=None)
+    if first is None or not bic(first) < bic(verdict.complete):
         return None
     firsts = [judge((DRAG.name,), one, declared) for one in drags]
     seen = seconds(firsts, [declared] * len(firsts), declared)
@@ -75,6 +77,12 @@ def _with_another(verdict: Verdict, lowest: Lowest, drags: list[TimeFit]) -> Ver
     if bic(both) > min(rival, undragged) - EVIDENCE:  # all that the other one needs is the modes
         return None
     return in_place(verdict, lowest.heard, [(DRAG.name, first), (other.name, both)])
+
+
+def _acts(one: TimeFit) -> bool:
+    """Whether anything would change if a fit's drag, its last number, were nought."""
+    still = np.r_[one.parameters[:-1], 0.0]
+    return bool(misfits(one.law, still[None])[0] > one.chi2 + EVIDENCE)
 
 
 def _may_be_one(verdict: Verdict, declared: TimeFit) -> bool:

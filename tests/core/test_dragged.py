@@ -23,8 +23,10 @@ class Law:
     takes: tuple = ()
 
 
-def fit_of(chi2, pitches=5.0 * COMPUTED, damping=0.02, ahead=0.1, acts=("air_drag",)):
-    """What is asked of a fit; of 100 samples, so that 130 is more than noise."""
+def fit_of(chi2, pitches=5.0 * COMPUTED, damping=0.02, ahead=0.1, acts=("air_drag",), still=1e3):
+    """What is asked of a fit; of 100 samples, so that 130 is more than noise. still: chi2 with its
+    last number at nought.
+    """
     pitches = np.asarray(pitches, float)
     return SimpleNamespace(
         chi2=chi2,
@@ -34,6 +36,7 @@ def fit_of(chi2, pitches=5.0 * COMPUTED, damping=0.02, ahead=0.1, acts=("air_dra
         damping_ratio=np.broadcast_to(damping, pitches.shape),
         loudest=0,
         ahead=ahead,
+        parameters=np.array([still, 0.3]),
         law=Law(tuple(SimpleNamespace(name=name, marched=False) for name in acts)),
     )
 
@@ -58,6 +61,8 @@ def plainly(monkeypatch):
             "judge",
             lambda names, found, declared: Candidate(names, found, 500.0, 0.9, 0.9),
         )
+    at_nought = lambda _, P: np.where(P[:, -1] == 0, P[:, 0], 0.0)  # noqa: E731
+    monkeypatch.setattr(dragged, "misfits", at_nought)
     monkeypatch.setattr(lowest, "owes", lambda *_: False)
     monkeypatch.setattr(lowest, "vetoed", lambda *_: False)
     monkeypatch.setattr(lowest, "bends_the_body", lambda *_: False)
@@ -90,24 +95,26 @@ def test_a_drag_on_all_modes_takes_the_place_of_what_does_not_explain(plainly):
 
 
 @pytest.mark.parametrize(
-    ("drag", "pair", "alone", "modes", "named"),
+    ("drag", "still", "pair", "alone", "modes", "named"),
     [
-        (200.0, 105.0, 400.0, 400.0, ("air_drag", "contact")),
-        (310.0, 105.0, 400.0, 400.0, None),
-        (200.0, 140.0, 400.0, 400.0, None),
-        (200.0, 105.0, 110.0, 400.0, None),
-        (200.0, 105.0, 400.0, 110.0, None),
+        (200.0, 900.0, 105.0, 400.0, 400.0, ("air_drag", "contact")),
+        (310.0, 900.0, 105.0, 400.0, 400.0, None),
+        (200.0, 210.0, 105.0, 400.0, 400.0, None),
+        (200.0, 900.0, 140.0, 400.0, 400.0, None),
+        (200.0, 900.0, 105.0, 110.0, 400.0, None),
+        (200.0, 900.0, 105.0, 400.0, 110.0, None),
     ],
     ids=[
         "both",
         "less than was found",
+        "does nothing",
         "leaves more than noise",
         "without it",
         "from the modes alone",
     ],
 )
 def test_a_drag_and_what_shows_beside_it_explain_together(
-    plainly, monkeypatch, drag, pair, alone, modes, named
+    plainly, monkeypatch, drag, still, pair, alone, modes, named
 ):
     both = fit_of(pair, acts=("air_drag", "contact"))
     both.law = Law((dragged.DRAG, *both.law.effects[1:]))
@@ -117,7 +124,7 @@ def test_a_drag_and_what_shows_beside_it_explain_together(
     monkeypatch.setattr(dragged, "seconds", lambda *_: [[dropped, two]])
     monkeypatch.setattr(dragged, "without", lambda found, i: fit_of(alone if i == 0 else 0.0))
     before = verdict_of("unexplained", "relaxation")
-    told = plainly(before, fit_of(drag), modes, beside=True)
+    told = plainly(before, [fit_of(drag, still=still), fit_of(400.0)], modes, beside=True)
     assert (told and told.names) == named
     assert plainly(before, fit_of(drag)) is None  # where two are yet to be sought
     if told:
