@@ -11,6 +11,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
+
 from .alone import add_second
 from .by_two import by_two, or_their_twins, unless_it_weakens
 from .carried import carrying
@@ -51,6 +53,7 @@ from .together import two_by_two
 from .verdict import Verdict, partly
 
 WEAK = 0.05  # of the motion, rms: more than that is no forgotten weak mode
+BENT = 0.01  # of the reach of a law's number, from its bound, at which that is
 MOST = 0.5  # of what one effect leaves, that two take which stand in its place
 
 
@@ -250,8 +253,9 @@ def _is_read_off(verdict: Verdict) -> bool:
 
 def _loud(alone: Verdict, known: dict) -> bool:
     """Whether one effect leaves more than noise where all are sought two by two, or another one
-    takes most of that beside it; or clearly more ahead: it may bend itself to do nearly what two
-    others do. known: what was sought beside single effects, by their fits.
+    takes most of that beside it; or clearly more ahead; or a little, with a law that is bent as far
+    as it may be: it may bend itself to do nearly what two others do. known: what was sought beside
+    single effects, by their fits.
     """
     final = alone.final
     if len(alone.effects) > 1:
@@ -259,7 +263,21 @@ def _loud(alone: Verdict, known: dict) -> bool:
     first, beside = alone.effects[0], known.get(final, ())
     seen = [c for c in beside if c.evidence > EVIDENCE and not c.outdone]
     more = two_by_two(alone.chain[0][1]) or any(adds(first, c) for c in seen)
-    return (_is_noisy(final) and more) or strays(final, AHEAD)
+    return (_is_noisy(final) and more) or strays(final, AHEAD) or _is_bent(final)
+
+
+def _is_bent(found: TimeFit) -> bool:
+    """Whether what bends a pitch leaves more than noise, and how its force grows with the way, its
+    second number, is as far from where it is sought as it may be.
+    """
+    effect = found.law.effects[-1]
+    if found.chi2 < QUIET * found.samples or not (effect.bends and effect.scales):
+        return False
+    low, high, own = (x[1] for x in (effect.low, effect.high, found.theta[-1][0]))
+    begins = np.array([begin[1] for begin in effect.starts(found.law.setting, None)])
+    reach = BENT * (high - low)
+    at_its_end = own < low + reach or own > high - reach
+    return bool(at_its_end and (np.abs(begins - own) > reach).all())
 
 
 def _does_more(both: Verdict, alone: Verdict) -> bool:

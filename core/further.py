@@ -155,7 +155,7 @@ def with_modes_of(found: TimeFit, other: TimeFit, after: int) -> TimeFit:
 def _worth_it(found: TimeFit, effects: list, at: int) -> TimeFit:
     """The fit with those of the modes that stay what they are, if they bring what modes must."""
     wider, kept = _staying(found, effects, at)
-    price = (wider.unknowns - found.unknowns) * np.log(wider.samples)
+    price = max((wider.unknowns - found.unknowns) * np.log(wider.samples), 0.0)
     gain = found.chi2 - wider.chi2
     if not kept or gain < price + EVIDENCE * kept or displaced(wider, found):
         return found

@@ -103,7 +103,7 @@ class TimeFit:
     predicted: tuple[np.ndarray, ...]  # per take (T, C), fit and held-out part
     chi2: float  # over the fitted samples, with what holds the references
     samples: int
-    unknowns: int
+    unknowns: float  # a force's columns count as much as they tell, at most
     residuals: np.ndarray  # (R,) noise units
     jacobian: np.ndarray  # (R, p)
     motions: tuple[np.ndarray, ...] = ()  # per fitted take (T, K) u
@@ -203,6 +203,13 @@ class TimeFit:
     def shapes(self) -> np.ndarray:
         """(K, C) of the first condition, channels' unit per metre at the reference."""
         return self.coefficients[:, : self.law.modes].T
+
+
+def trust_beside(found: TimeFit) -> float:
+    """Weight that keeps the other modes' sizes beside what a fit leaves: one in units of noise is
+    too weak where more than that is left.
+    """
+    return TRUST * float(max(np.sqrt(found.chi2 / found.samples), 1.0))
 
 
 def numbers(effect: Effect, modes: int) -> int:

@@ -4,13 +4,14 @@ Law         y_c(t) = offset_c + sum_k S_kc u_k(t - delay_c) + columns with shape
 Source      Golub and Pereyra, Inverse Problems 19 (2003) R1 (variable projection)
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from .channels import Channels
-from .law import Law, unpack
+from .effects.base import Effect
+from .law import Law, unpack, widths, with_columns
 from .normal_equations import coefficients_of, normal
 from .shutter import later
 from .simulate import swing
@@ -137,10 +138,31 @@ def solve(law: Law, P: np.ndarray) -> Solved:
         *(regressors(law, unpack(law, P, take), take) for take in range(len(law.fitted))),
         strict=True,
     )
-    data = [law.takes[index] for index in law.fitted]
-    uses = [one.known & one.fit[:, None] for one in data]
+    uses = [law.takes[i].known & law.takes[i].fit[:, None] for i in law.fitted]
     barred = sum(barred) > 0
-    coefficients = np.zeros((len(P), *barred.shape))
+    return Solved(_coefficients(law, bases, uses, barred), bases, uses, motions, barred)
+
+
+def without_columns(law: Law, solved: Solved, effect: Effect) -> Solved:
+    """The same, solved without the columns of an effect."""
+    each, at = widths(law), 1
+    for other in with_columns(law):
+        width = each[law.effects.index(other)]
+        if other is effect:
+            break
+        at += width
+    barred, head = solved.barred.copy(), law.own * law.conditions
+    for take in range(len(law.fitted)):
+        first = head + (1 + sum(each)) * take + at
+        barred[:, first : first + width] = True
+    coefficients = _coefficients(law, solved.bases, solved.uses, barred)
+    return replace(solved, coefficients=coefficients, barred=barred)
+
+
+def _coefficients(law: Law, bases: tuple, uses: list, barred: np.ndarray) -> np.ndarray:
+    """(B, C, nb)"""
+    data = [law.takes[index] for index in law.fitted]
+    coefficients = np.zeros((len(bases[0]), *barred.shape))
     for condition in range(law.conditions):
         group = [n for n, i in enumerate(law.fitted) if law.condition[i] == condition]
         columns = _columns(law, condition, group, barred.shape[1])
@@ -156,7 +178,7 @@ def solve(law: Law, P: np.ndarray) -> Solved:
             gram, right = gram + own, right + theirs
         if group:
             coefficients[:, :, columns] = coefficients_of(gram, right, of, barred[:, columns])
-    return Solved(coefficients, bases, uses, motions, barred)
+    return coefficients
 
 
 def _columns(law: Law, condition: int, group: list[int], count: int) -> np.ndarray:

@@ -30,8 +30,7 @@ def to_their_end(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
     What follows the amplitude and what follows time are told apart by what a search in few looks
     leaves. One that is none at its end stays as good as it was.
     """
-    least = VIES * next((c.evidence for c in found if not c.outdone), np.inf)
-    vie = [c for c in found if c.evidence >= max(least, EVIDENCE) and not c.outdone]
+    vie = vying(found)
     if len(vie) < 2:
         return found
 
@@ -47,6 +46,12 @@ def to_their_end(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
     longer = in_step_by_parts([partial(to_the_end, c) for c in vie])
     others = [c for c in found if c not in vie]
     return sorted([*longer, *others], key=lambda c: -c.evidence)
+
+
+def vying(found: list[Candidate]) -> list[Candidate]:
+    """Those of the candidates, best first, that vie for the first place."""
+    least = VIES * next((c.evidence for c in found if not c.outdone), np.inf)
+    return [c for c in found if c.evidence >= max(least, EVIDENCE) and not c.outdone]
 
 
 def polished(found: list[Candidate], declared: TimeFit, widen: Callable) -> list[Candidate]:

@@ -26,12 +26,12 @@ BENT = 2.0 / TRUST  # of a mode's size, from which it is another body's: two sta
 LOUD = 0.05  # of the strongest mode, from which another one's size shows
 
 
-def fails(declared: TimeFit) -> bool:
-    """Whether what was held out is predicted worse than its noise allows, and what the fitted part
-    cannot tell.
+def fails(declared: TimeFit, much: float = NOISY) -> bool:
+    """Whether what was held out is predicted worse, `much` times, than its noise allows, and what
+    the fitted part cannot tell.
     """
     left, count = misfit(declared.law.takes, declared.predicted, True)
-    return left > NOISY * count and left > NOISY * (count + doubt(declared))
+    return left > much * count and left > much * (count + doubt(declared))
 
 
 def bends_the_body(found: TimeFit) -> bool:

@@ -16,7 +16,7 @@ from .channels import cut
 from .descent import descend
 from .effects.base import FINE, Effect
 from .law import Law, TimeFit, bounds, unpack
-from .linear_part import left_over, march, residuals, solve
+from .linear_part import Solved, left_over, march, residuals, solve, without_columns
 from .side_by_side import may_share, side_by_side
 
 DONE, NEAR = 1e-5, 1e-2  # share of the misfit that a last step gains, at the end and on the way
@@ -218,6 +218,7 @@ def conclude(law: Law, p: np.ndarray, jac: np.ndarray) -> TimeFit:
     scale = np.linalg.norm(jac, axis=0)
     scale = np.where(scale > 0, scale, 1.0)
     inverse = np.linalg.pinv((jac / scale).T @ (jac / scale), rcond=1e-12)
+    samples = int(sum(use.sum() for use in solved.uses))
     return TimeFit(
         law=law,
         parameters=p,
@@ -225,12 +226,34 @@ def conclude(law: Law, p: np.ndarray, jac: np.ndarray) -> TimeFit:
         coefficients=solved.coefficients[0],
         predicted=tuple(predicted),
         chi2=float((r**2).sum()),
-        samples=int(sum(use.sum() for use in solved.uses)),
-        unknowns=len(p) + int((~solved.barred).sum()) - law.own,
+        samples=samples,
+        unknowns=len(p) + _linear_unknowns(law, p, solved, samples) - law.own,
         residuals=r,
         jacobian=jac,
         motions=tuple(motion[0] for motion in solved.motions),
     )
+
+
+def _linear_unknowns(law: Law, p: np.ndarray, solved: Solved, samples: int) -> float:
+    """How many the linear part has; of the columns in which modes that were not heard answer a
+    force, only as many as what they tell is worth, for where that is little there are none.
+    """
+
+    def misfit(one):  # of the samples: a shape of another size only asks for another start
+        return float((left_over(law, p[None], one)[:, :samples] ** 2).sum())
+
+    def count(one):
+        return float((~one.barred).sum())
+
+    price, best, least = np.log(max(samples, 2)), solved, misfit(solved)
+    told = least
+    for effect in law.effects:
+        if effect.force:
+            less = without_columns(law, best, effect)
+            left = misfit(less)
+            if left + price * count(less) < told + price * count(best):
+                best, told = less, left
+    return count(best) + (told - least) / price
 
 
 def extend(

@@ -33,11 +33,11 @@ from core.effects import (
 )
 from core.effects.base import FINE
 from core.effects.further_mode import further_mode
-from core.exchange import _put_in_hope, exchanged_alone
+from core.exchange import _is_off, _put_in_hope, _sought_again, exchanged_alone
 from core.foils import weakens, weakens_rather
 from core.jumps import jumps
-from core.law import bounds
-from core.linear_part import solve
+from core.law import TRUST, bounds, trust_beside
+from core.linear_part import solve, without_columns
 from core.match import Match
 from core.outset import begin, outsets
 from core.parameters import as_fitted, parameters
@@ -63,7 +63,7 @@ from core.sufficiency import (
 )
 from core.tell import told_bounds, told_sizes
 from core.time_layer import MATERIAL, Candidate, judge, vetoed
-from core.timefit import DONE, _gauged, best_fit, extend, fit, misfits, resized, sharp
+from core.timefit import DONE, _gauged, as_it_stands, best_fit, extend, fit, misfits, resized, sharp
 from core.verdict import Verdict
 from tests.core.test_simulate import AMPLITUDE, OMEGA, setting
 
@@ -490,8 +490,107 @@ def test_what_bends_the_pitch_otherwise_is_tried_in_the_place_of_its_twin(
     assert exchanged_alone([foretold], found) == [foretold]
     worse = replace(best.found, predicted=tuple(3 * y for y in only.found.predicted))
     monkeypatch.setattr(exchange, "_put_in_hope", lambda *_: worse)
+    monkeypatch.setattr(exchange, "_put", lambda one, effect: one)  # nor is it sought again
     (still,) = exchanged_alone([judge((wrong.name,), quiet, found)], found)
     assert still.names == (wrong.name,)
+
+
+@pytest.fixture(scope="module")
+def stiffening():
+    """A linear fit of what stiffens with amplitude, what tells it, and that as it bent itself."""
+    found = declared(channels(moved(Backbone(0.04, 0.0))))
+    told = raced(found, large_amplitude.EFFECT)
+    bent = as_it_stands(told.law, np.r_[told.parameters[:-2], 0.038, 0.035])
+    return found, told, bent
+
+
+def again_of(one, found):
+    """What is made of the fit, sought again; None where it is left as it was."""
+    before = judge(("large_amplitude",), one, found)
+    (after,) = _sought_again([before], found)
+    return None if after is before else after.found
+
+
+def test_a_law_that_bent_itself_is_sought_again(stiffening):
+    found, told, bent = stiffening
+    again = again_of(bent, found)
+    assert again.chi2 < 1.1 * again.samples < 0.8 * bent.chi2
+    assert again.theta[0][0] == pytest.approx([0.04, 0.0], abs=0.05)
+
+
+def test_what_foretells_badly_is_sought_again_and_what_leaves_noise_is_not(stiffening, monkeypatch):
+    found, told, bent = stiffening
+    half = replace(told, predicted=(0.9 * told.predicted[0] + 0.1 * found.predicted[0],))
+    assert told.chi2 < 1.1 * told.samples and fails(half, 1.1)
+    asked = []
+    monkeypatch.setattr(exchange, "_put", lambda one, effect: asked.append(effect) or one)
+    assert again_of(half, found) is None and asked == [large_amplitude.EFFECT]
+    monkeypatch.setattr(exchange, "_put", None)  # not to be asked
+    assert again_of(told, found) is None
+    unmarched = replace(bent, law=replace(bent.law, effects=(split_modes.EFFECT,)))
+    assert not _is_off(unmarched)
+    far = as_it_stands(told.law, np.r_[told.parameters[:-2], 0.03, 0.035])
+    assert judge(("large_amplitude",), far, found).share < ENOUGH
+    assert again_of(far, found) is None
+
+
+@pytest.mark.parametrize("doubt", ["refuted", "ran_off", "bends_the_body", "tells less"])
+def test_what_is_sought_again_in_vain_leaves_all_as_it_was(stiffening, monkeypatch, doubt):
+    found, told, bent = stiffening
+    far = as_it_stands(told.law, np.r_[told.parameters[:-2], 0.03, 0.035])
+    monkeypatch.setattr(exchange, "_put", lambda *_: far if doubt == "tells less" else told)
+    assert (again_of(bent, found) is None) is (doubt == "tells less")
+    if doubt != "tells less":
+        monkeypatch.setattr(exchange, doubt, lambda one: one is told)
+        assert again_of(bent, found) is None
+
+
+def test_shapes_are_held_to_the_body_as_tightly_as_what_is_left_asks_for(stiffening):
+    found, told, bent = stiffening
+    tight = TRUST * np.sqrt(found.chi2 / found.samples)
+    assert sharp(told).law.trust == told.law.trust == pytest.approx(tight)
+    eased = pytest.approx(TRUST * np.sqrt(bent.chi2 / bent.samples))
+    assert again_of(bent, found).law.trust == eased
+    assert trust_beside(told) == TRUST  # less than noise is left
+
+
+@pytest.mark.parametrize("condition", [(0, 0), (0, 1)])
+def test_an_effect_is_left_without_its_columns_in_all_takes(condition):
+    found = declared(channels(moved()), channels(moved(seed=1)), condition=condition)
+    effects = (further_mode(11.0, 0.02), relaxation.EFFECT, contact.ABOVE, dry_friction.EFFECT)
+    thetas = [e.starts(found.law.setting, None)[0] for e in effects]
+    law, p = extend(found, effects, thetas)
+    whole = solve(law, p[None])
+    less = without_columns(law, whole, effects[2])
+    widths = [[], []]
+    for solved, out in zip((whole, less), widths, strict=True):
+        some = replace(found, law=law, parameters=p, coefficients=solved.coefficients[0])
+        for take in range(2):
+            out += [np.abs(shape).sum() for shape in some.column_shapes(take)]
+    gone = np.array(widths[1]) < 1e-6 * np.array(widths[0])
+    assert gone.tolist() == 2 * [False, False, True, False] and np.all(widths[0])
+    assert less.coefficients[..., : law.own * law.conditions].all()
+    assert (less.barred & ~whole.barred).sum() == 2 * 4
+
+
+@pytest.mark.parametrize("answers", [0.0, 5.0], ids=["no answer", "an answer"])
+def test_what_unheard_modes_answer_a_force_counts_as_much_as_it_tells(answers):
+    found = raced(declared(channels(moved(Backbone(0.04, 0.0)))), large_amplitude.EFFECT)
+    trace = solve(found.law, found.parameters[None]).bases[0][0, 0, :, -1]
+    (take,) = found.law.takes
+    way = answers * NOISE * np.array([0.5, -1.0, 1.0, 1.0])
+    values = take.values.copy()
+    values[take.fit] += np.outer(trace[take.fit] / trace[take.fit].std(), way)
+    law = replace(found.law, takes=(replace(take, values=values),))
+    found = fit(law, found.parameters)
+    basis, left = solve(law, found.parameters[None]).bases[0][0, 0][take.fit], 0.0
+    for y in values[take.fit].T:
+        shape, *_ = np.linalg.lstsq(basis[:, :-1], y, rcond=None)
+        left += (((y - basis[:, :-1] @ shape) / NOISE) ** 2).sum()
+    bare, price = len(found.parameters) + 4 + 4 - 1, np.log(found.samples)
+    assert found.unknowns < bare + 4 if not answers else found.unknowns == bare + 4
+    least = min(left + bare * price, found.chi2 + (bare + 4) * price)
+    assert found.chi2 + found.unknowns * price == pytest.approx(least, abs=1.0)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
@@ -1142,6 +1241,37 @@ def test_what_mends_nearly_all_that_is_far_off_ahead_counts(monkeypatch, off, le
     assert counts_second(first, second, 0.1) is counts
 
 
+def as_if(found, effect, *theta):
+    """The same, as if an effect told it."""
+    law, p = extend(found, (effect,), [theta])
+    return replace(found, law=law, parameters=p)
+
+
+@pytest.mark.parametrize(
+    ("left", "effect", "theta", "loud"),
+    [
+        (1.15, large_amplitude.EFFECT, (0.03, 4.0), True),
+        (1.15, large_amplitude.EFFECT, (0.03, -0.6), True),
+        (1.15, large_amplitude.EFFECT, (0.03, 2.0), False),
+        (1.05, large_amplitude.EFFECT, (0.03, 4.0), False),
+        (1.15, asymmetric_stiffness.EFFECT, (0.2, 2.0), True),
+        (1.15, asymmetric_stiffness.EFFECT, (0.2, 1.0), False),
+        (1.15, stiffness_drift.EFFECT, (0.1, 2.0), False),
+        (1.15, air_drag.EFFECT, (0.01,), False),
+    ],
+    ids=["flat", "steep", "between", "to noise", "square", "plain", "in time", "no spring"],
+)
+def test_one_effect_is_doubted_where_its_law_is_bent_as_far_as_it_may_be_and_leaves_a_little(
+    left, effect, theta, loud
+):
+    quiet = declared(channels(moved(seed=1)))
+    far = replace(quiet, chi2=30.0 * quiet.samples)
+    one = as_if(replace(quiet, chi2=left * quiet.samples), effect, *theta)
+    found = judge((effect.name,), one, far)
+    chain = ((None, far), (effect.name, one))
+    assert _loud(Verdict("explained", chain, (found,), ((),), (), ()), {}) is loud
+
+
 @pytest.mark.parametrize(
     ("left", "rest", "loud"),
     [(1.5, 1.15, True), (1.5, 1.4, False), (1.2, 1.0, False)],
@@ -1152,7 +1282,7 @@ def test_one_effect_is_doubted_where_another_takes_most_of_what_it_leaves(
 ):
     """With more modes than effects are sought two by two beside."""
     monkeypatch.setattr(diagnosis, "two_by_two", lambda start: False)
-    quiet = declared(channels(moved(seed=1)))
+    quiet = as_if(declared(channels(moved(seed=1))), large_amplitude.EFFECT, 0.03, 1.0)
     data = quiet.law.takes[0]
 
     def leaves(misfit):
