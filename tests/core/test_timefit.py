@@ -561,14 +561,14 @@ def test_an_effect_is_left_without_its_columns_in_all_takes(condition):
     thetas = [e.starts(found.law.setting, None)[0] for e in effects]
     law, p = extend(found, effects, thetas)
     whole = solve(law, p[None])
-    less = without_columns(law, whole, effects[2])
+    less = without_columns(law, whole, effects[3])
     widths = [[], []]
     for solved, out in zip((whole, less), widths, strict=True):
         some = replace(found, law=law, parameters=p, coefficients=solved.coefficients[0])
         for take in range(2):
             out += [np.abs(shape).sum() for shape in some.column_shapes(take)]
     gone = np.array(widths[1]) < 1e-6 * np.array(widths[0])
-    assert gone.tolist() == 2 * [False, False, True, False] and np.all(widths[0])
+    assert gone.tolist() == 2 * [False, False, False, True] and np.all(widths[0])
     assert less.coefficients[..., : law.own * law.conditions].all()
     assert (less.barred & ~whole.barred).sum() == 2 * 4
 
