@@ -14,15 +14,15 @@ from .carried import carrying
 from .effects import TIME_EFFECTS
 from .effects.base import PLACES, Effect
 from .effects.further_mode import ran_off
-from .law import Law, TimeFit, trust_beside
+from .law import Law, TimeFit
 from .race import unlike
-from .ready import vying
+from .ready import TO_THE_END, vying
 from .refit import swapped, turned
 from .residual import NOISY, QUIET, errors
 from .side_by_side import in_step_by_parts
 from .sufficiency import ENOUGH, bends_the_body, fails, sufficient
 from .time_layer import Candidate, able, begins_of, judge, refuted, stands_in
-from .timefit import as_it_stands, at_first, best_fit, misfits, walked
+from .timefit import at_first, best_fit, misfits, walked
 
 ROUNDS = 2  # of the best of two effects, each from what the one before has found
 RUNNERS = 2  # starting places of a twin that are fitted
@@ -69,22 +69,18 @@ def _sought_again(found: list[Candidate], declared: TimeFit) -> list[Candidate]:
     """The single effects, best first; those that vie for the first place, tell nearly all and leave
     more than noise, or predict worse than that, sought once more with the motion as it stands: a
     law of two numbers bends to do nearly what it does with two others.
-
-    So much was left when they were sought that shapes were held to the body too tightly.
     """
     vie = [c for c in vying(found) if sufficient(c, ENOUGH) and _is_off(c.found)]
-    laws = [replace(c.found.law, trust=trust_beside(c.found)) for c in vie]
-    eased = in_step_by_parts(
-        [partial(as_it_stands, law, c.found.parameters) for law, c in zip(laws, vie, strict=True)]
+    tries = in_step_by_parts(
+        [partial(_put, c.found, c.found.law.effects[-1], TO_THE_END) for c in vie]
     )
-    tries = in_step_by_parts([partial(_put, one, one.law.effects[-1]) for one in eased])
     better = {}
-    for before, there, one in zip(vie, eased, tries, strict=True):
-        strayed = ran_off(one) and not ran_off(there)
-        bent = bends_the_body(one) and not bends_the_body(there)
+    for before, one in zip(vie, tries, strict=True):
+        strayed = ran_off(one) and not ran_off(before.found)
+        bent = bends_the_body(one) and not bends_the_body(before.found)
         again = judge(before.names, one, declared)
-        if again.evidence > judge(before.names, there, declared).evidence and not (strayed or bent):
-            better[before] = before if refuted(one) else again
+        if again.evidence > before.evidence and not (strayed or bent or refuted(one)):
+            better[before] = again
     return sorted((better.get(c, c) for c in found), key=lambda c: -c.evidence)
 
 
@@ -137,7 +133,7 @@ def _instead(found: TimeFit, at: int, effect: Effect) -> TimeFit | None:
     return None if strayed or refuted(best) or refuted(turned(best)) else best
 
 
-def _put(found: TimeFit, effect: Effect) -> TimeFit:
+def _put(found: TimeFit, effect: Effect, looks: int = LOOKS) -> TimeFit:
     """The best fit with `effect` in the last one's place, begun where that stands and, if it is a
     force, on growing shares of the record as well, for on the whole its pitches may slip.
     """
@@ -150,7 +146,7 @@ def _put(found: TimeFit, effect: Effect) -> TimeFit:
         first = unlike(effect, begins, -at_first(law, starts, SHARES[0]))[:SEEN]
         led = walked(law, starts[first], SHARES, FIRST, RUNNERS)
         near = np.vstack([near, *(p for p, _, _ in led)])
-    return carrying(best_fit(law, near, evaluations=LOOKS))
+    return carrying(best_fit(law, near, evaluations=looks))
 
 
 def _put_in_hope(found: TimeFit, effect: Effect, most: float) -> TimeFit | None:

@@ -205,13 +205,6 @@ class TimeFit:
         return self.coefficients[:, : self.law.modes].T
 
 
-def trust_beside(found: TimeFit) -> float:
-    """Weight that keeps the other modes' sizes beside what a fit leaves: one in units of noise is
-    too weak where more than that is left.
-    """
-    return TRUST * float(max(np.sqrt(found.chi2 / found.samples), 1.0))
-
-
 def numbers(effect: Effect, modes: int) -> int:
     """How many inner parameters it has: its own, and where a force sits."""
     return len(effect.low) + (effect.axes * (modes - 1) if effect.force else 0)

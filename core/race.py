@@ -11,7 +11,7 @@ import numpy as np
 
 from .carried import carrying
 from .effects.base import FINE, PLACES, Effect
-from .law import Law, TimeFit, trust_beside
+from .law import TRUST, Law, TimeFit
 from .outset import begin, outsets
 from .pair import across, opened
 from .residual import NOISY
@@ -262,10 +262,12 @@ def _half(start: TimeFit) -> float:
 def raced(start: TimeFit, *effects: Effect) -> Law:
     """The law of `start` with `effects`, as they are searched for."""
     law = replace(start.law, effects=(*start.law.effects, *effects))
+    # with misfit beyond noise a weight in noise units would be too weak
+    trust = TRUST * max(np.sqrt(start.chi2 / start.samples), 1.0)
     steps = FINE if any(e.sudden for e in law.effects) else COARSE
     if start.law.setting.steps > FINE:  # what is there already needs them
         steps = start.law.setting.steps
-    return replace(law, trust=trust_beside(start), setting=replace(start.law.setting, steps=steps))
+    return replace(law, trust=trust, setting=replace(start.law.setting, steps=steps))
 
 
 def unlike(effect: Effect, begins: list, promise: np.ndarray) -> list[int]:
