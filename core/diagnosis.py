@@ -53,7 +53,7 @@ from .together import two_by_two
 from .verdict import Verdict, partly
 
 WEAK = 0.05  # of the motion, rms: more than that is no forgotten weak mode
-BENT = 0.01  # of the reach of a law's number, from its bound, at which that is
+AT_ITS_END = 0.01  # of how far a law's number may go, from there
 MOST = 0.5  # of what one effect leaves, that two take which stand in its place
 
 
@@ -275,9 +275,9 @@ def _is_bent(found: TimeFit) -> bool:
         return False
     low, high, own = (x[1] for x in (effect.low, effect.high, found.theta[-1][0]))
     begins = np.array([begin[1] for begin in effect.starts(found.law.setting, None)])
-    reach = BENT * (high - low)
-    at_its_end = own < low + reach or own > high - reach
-    return bool(at_its_end and (np.abs(begins - own) > reach).all())
+    near = AT_ITS_END * (high - low)
+    at_its_end = own < low + near or own > high - near
+    return bool(at_its_end and (np.abs(begins - own) > near).all())
 
 
 def _does_more(both: Verdict, alone: Verdict) -> bool:

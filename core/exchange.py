@@ -2,7 +2,8 @@
 
 What two effects look like apart is no guide to where they stand together: a search that began with
 one of two twins alone may have no way to the other. From the best fit of two it is a short one. So
-is that from what bends a pitch to what else bends it so.
+is that from what bends a pitch to what else bends it so. And an effect itself is sought once more
+from where it stands, where it has bent to do nearly what it does otherwise.
 """
 
 from dataclasses import replace

@@ -227,33 +227,32 @@ def conclude(law: Law, p: np.ndarray, jac: np.ndarray) -> TimeFit:
         predicted=tuple(predicted),
         chi2=float((r**2).sum()),
         samples=samples,
-        unknowns=len(p) + _linear_unknowns(law, p, solved, samples) - law.own,
+        unknowns=len(p) + _linear_unknowns(law, p, solved, r[:samples]) - law.own,
         residuals=r,
         jacobian=jac,
         motions=tuple(motion[0] for motion in solved.motions),
     )
 
 
-def _linear_unknowns(law: Law, p: np.ndarray, solved: Solved, samples: int) -> float:
+def _linear_unknowns(law: Law, p: np.ndarray, solved: Solved, left: np.ndarray) -> float:
     """How many the linear part has; of the columns in which modes that were not heard answer a
     force, only as many as what they tell is worth, for where that is little there are none.
-    """
 
-    def misfit(one):  # of the samples: a shape of another size only asks for another start
-        return float((left_over(law, p[None], one)[:, :samples] ** 2).sum())
+    left: residuals of the samples alone, for a shape of another size only asks for another start.
+    """
 
     def count(one):
         return float((~one.barred).sum())
 
-    price, best, least = np.log(max(samples, 2)), solved, misfit(solved)
-    told = least
+    price, best, least = np.log(max(len(left), 2)), solved, float(left @ left)
+    misfit = least
     for effect in law.effects:
         if effect.force:
             less = without_columns(law, best, effect)
-            left = misfit(less)
-            if left + price * count(less) < told + price * count(best):
-                best, told = less, left
-    return count(best) + (told - least) / price
+            more = float((left_over(law, p[None], less)[0, : len(left)] ** 2).sum())
+            if more + price * count(less) < misfit + price * count(best):
+                best, misfit = less, more
+    return count(best) + (misfit - least) / price
 
 
 def extend(
