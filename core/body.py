@@ -20,6 +20,7 @@ from .elasticity import (
     static,
 )
 from .modes import solve_modes
+from .symmetry import unevenness
 
 COUNT = 16  # computed modes: more than any recording of a soft body shows
 
@@ -52,6 +53,13 @@ class Body:
         """(P, 3, 3) m at 1 Pa under 1 m/s2 along each axis."""
         pull = np.transpose([gravity_force(self.model, axis) for axis in np.eye(3)])
         return static(self.model, pull, 1.0)
+
+    @cached_property
+    def parts(self) -> float:
+        """How far apart, relatively, the pitches of a pair of its modes are at most: without a load
+        no further than it is uneven, a pitch going with the root of a moment.
+        """
+        return unevenness(self.bare) / 2 if self.model is self.bare else np.inf
 
 
 def bare_model(case: Case, mesh: TetMesh, element: str) -> ElasticModel:

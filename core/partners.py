@@ -11,7 +11,6 @@ from .law import TimeFit
 from .match import ACROSS, CREEPING, PAIR, SPLIT, STRONG, SURE, likeness, mac, turning
 from .pair import with_partner
 from .refit import sunk
-from .symmetry import unevenness
 
 APART = 0.01  # relative, beyond what the body parts a pair by, from which that is split
 FAINT = 0.02  # of the strongest mode's swing: below, a partner is not looked for
@@ -19,17 +18,14 @@ FAINT = 0.02  # of the strongest mode's swing: below, a partner is not looked fo
 
 def gaps_of(modes, body: Body) -> dict[int, float]:
     """How far the partner of each matched degenerate mode lies from it, relatively: as computed,
-    but without a load no further than the body is uneven, a pitch going with the root of a moment.
+    but no further than the body parts a pair.
     """
     frequency = body.modes.frequency
     able = turning(modes, frequency, 2 * PAIR)
     if not able:
         return {}
-    most = unevenness(body.bare) / 2 if body.model is body.bare else np.inf
-    return {
-        k: min(float(np.abs(np.delete(frequency, modes) / frequency[modes[k]] - 1).min()), most)
-        for k in able
-    }
+    nearest = (np.abs(np.delete(frequency, modes) / frequency[modes[k]] - 1).min() for k in able)
+    return {k: min(float(gap), body.parts) for k, gap in zip(able, nearest, strict=True)}
 
 
 def heard_split(ring: RingDown, on, mode: int, seen: np.ndarray, computed: np.ndarray, gap: float):

@@ -293,8 +293,8 @@ def amplitudes(ground: Recorded, index: int, ring: RingDown) -> RingDown:
 def beside(ground: Recorded, free: TimeFit, match: Match):
     """What is settled with one of the strongest mode's neighbours, for each of them."""
     condition = ground.condition[ground.fitted[0]]
-    heard, frequency = ground.rings[ground.fitted[0]], ground.bodies[condition].modes.frequency
-    for ring, both, tied in neighbours(free, heard, match, frequency):
+    heard, body = ground.rings[ground.fitted[0]], ground.bodies[condition]
+    for ring, both, tied in neighbours(free, heard, match, body):
         yield settle_poles(ground, ring, both, tied)
 
 

@@ -74,16 +74,19 @@ def weak_modes(
     return bare(new_f, new_z, data.sigma), wider, np.setdiff1d(rest.frequency[able], new_f)
 
 
-def neighbours(found: TimeFit, heard: RingDown, match: Match, frequency: np.ndarray):
-    """The poles with that of a computed mode (m,) Hz beside the strongest one, the match of both,
-    and what ties them, as `Law.tied`, one after another.
+def neighbours(found: TimeFit, heard: RingDown, match: Match, body: Body):
+    """The poles with that of a computed mode beside the strongest one, the match of both, and what
+    ties them, as `Law.tied`, one after another. The other direction of a pair, which only meshing
+    may have parted, is none.
 
     Two modes that lie close together sound as one while something bends their pitches. A pole that
     was `heard` there, lives about as long and was not matched may be the strongest mode itself, and
     the one that was matched to it the other mode.
     """
+    frequency = body.modes.frequency
     ratio = frequency / frequency[match.modes[0]]
     apart = np.abs(np.log(frequency[:, None] / frequency[list(match.modes)])).min(axis=1)
+    apart = np.where(apart < PAIR, np.minimum(apart, body.parts), apart)
     data = found.law.takes[found.law.fitted[0]]
     f, z, first = found.frequency, found.damping_ratio, match.poles[0]
     own = heard.frequency[first], heard.damping_ratio[first]

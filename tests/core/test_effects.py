@@ -394,22 +394,31 @@ def heard_by_one_take(frequency, damping_ratio, amplitude=1.0):
     return found, ring, Match(tuple(map(int, matched)), tuple(2 * n for n in range(len(matched))))
 
 
-def test_modes_that_lie_near_each_other_without_symmetry_are_tried_as_two():
-    computed = np.array([1.0, 1.001, 1.01, 1.4, 3.0])
-    tried = neighbours(*heard_by_one_take([5.0], [0.02]), computed)
-    assert [both.modes for _, both, _ in tried] == [(0, 2), (0, 3)]
+def of_pitches(*computed, parts=np.inf):
+    """A body with modes at these Hz, which `parts` a pair by so much at most."""
+    return SimpleNamespace(modes=SimpleNamespace(frequency=np.array(computed)), parts=parts)
+
+
+@pytest.mark.parametrize(
+    ("parts", "tried"), [(np.inf, [2, 3]), (0.007, [2, 3]), (0.001, [3])],
+    ids=["a load may part a pair", "an uneven body", "a pair that meshing parts"],
+)  # fmt: skip
+def test_modes_that_lie_near_each_other_without_symmetry_are_tried_as_two(parts, tried):
+    body = of_pitches(1.0, 1.001, 1.01, 1.4, 3.0, parts=parts)
+    ways = neighbours(*heard_by_one_take([5.0], [0.02]), body)
+    assert [both.modes for _, both, _ in ways] == [(0, j) for j in tried]
 
 
 def test_of_two_poles_heard_where_one_mode_was_matched_the_longer_lived_may_be_that_mode():
     case = heard_by_one_take([5.0, 12.0, 5.1], [0.25, 0.02, 0.04])
-    tied, free = neighbours(*case, np.array([1.0, 1.1, 2.5]))
+    tied, free = neighbours(*case, of_pitches(1.0, 1.1, 2.5))
     assert [both.modes for _, both, _ in (tied, free)] == [(0, 2, 1)] * 2
     assert tied[0].frequency == pytest.approx([5.0, 12.0, 5.5]) and tied[2][0][0] == 2
     assert free[0].frequency == pytest.approx([5.1, 12.0, 5.0]) and free[2] == ()
     assert free[0].damping_ratio == pytest.approx([0.04, 0.02, 0.25])
     assert [both.poles for _, both, _ in (tied, free)] == [(0, 1, 0), (2, 1, 0)]
     alike = heard_by_one_take([5.0, 12.0, 5.1], [0.02, 0.02, 0.021])  # the halves of one pair
-    assert len(list(neighbours(*alike, np.array([1.0, 1.1, 2.5])))) == 2
+    assert len(list(neighbours(*alike, of_pitches(1.0, 1.1, 2.5)))) == 2
 
 
 @pytest.mark.parametrize(
@@ -420,7 +429,7 @@ def test_of_two_poles_heard_where_one_mode_was_matched_the_longer_lived_may_be_t
 )  # fmt: skip
 def test_no_other_pole_is_taken_for_the_strongest_mode(pitch, z, size):
     case = heard_by_one_take([5.0, pitch], [0.25, z], [1.0, size])
-    assert len(list(neighbours(*case, np.array([1.0, 1.1, 2.5])))) == 1
+    assert len(list(neighbours(*case, of_pitches(1.0, 1.1, 2.5)))) == 1
 
 
 @pytest.mark.parametrize(

@@ -157,7 +157,7 @@ def test_the_other_direction_is_sought_with_a_drive_that_one_rings_beside():
     bare = declared(channels(values))
     found = fit(*extend(bare, (steady_drive.EFFECT,), [(np.log(7.3),)]), evaluations=40)
     computed = np.array([5.0, 5.01, 31.0])
-    body = SimpleNamespace(modes=SimpleNamespace(frequency=computed), model=0, bare=1)
+    body = SimpleNamespace(modes=SimpleNamespace(frequency=computed), parts=np.inf)
     heard = SimpleNamespace(match=Match((0,), (0,)), body=body)
     wider = laid_bare(heard, found, 1)
     assert found.chi2 > 2 * found.samples
