@@ -28,6 +28,8 @@ STEEPER = 1.5  # damping ratio over pitch, over the same of the known modes
 LIVELY = 0.25  # damping ratio up to which a mode so far above them may be one
 QUIETLY = 1.3  # misfit per sample, held out too, up to which a ring-down tells all of a take
 LEFT, LOUDEST = 0.02, 3.0  # the same beside loud modes: of what those leave, and at most
+SMALL = 10.0  # the same at most, of poles beside a small effect; and
+FORETOLD = 0.5  # of the misfit that those leave of what was held out
 ROWS = 0.8  # MAC from which a line at twice a pitch moves as late rows make it
 LOUDER = 1.5  # times what a readout as long as a frame makes, up to which such a line is theirs
 TONES = 6  # the highest overtone that is looked for
@@ -92,6 +94,24 @@ def tells_all(found: TimeFit, take: int, told: Told) -> bool:
     """Whether a ring-down leaves no more than noise, or than a trifle of what the fit leaves where
     that is louder, of what was fitted and of what was held out.
     """
+    left, rest = zip(*_left(found, take, told), strict=True)
+    return max(left) <= max(QUIETLY, min(LOUDEST, 1 + LEFT * max(rest)))
+
+
+def foretells(found: TimeFit, take: int, told: Told) -> bool:
+    """Whether a ring-down leaves no more than a trifle of what the fit leaves, where it was fitted,
+    and half of that where the take was held out: it lacks a small effect, but no mode. What mimics
+    one that bends a pitch foretells badly. Never of a take of which nothing was held out.
+    """
+    (left, rest), *ahead = _left(found, take, told)
+    trifle = left <= min(SMALL, 1 + LEFT * rest)
+    return bool(ahead) and trifle and all(a <= FORETOLD * b for a, b in ahead)
+
+
+def _left(found: TimeFit, take: int, told: Told) -> list[tuple[float, float]]:
+    """What a ring-down leaves, and what the fit does, in noise squared per sample: of what was
+    fitted, and of what was held out, if anything.
+    """
     ring, data = told.ring, found.law.takes[found.law.fitted[take]]
     on, late = ~data.support, 0.0 if data.late is None else data.late
     when = np.broadcast_to(told.time[:, None] - ring.t0 + late, data.values.shape)
@@ -102,9 +122,7 @@ def tells_all(found: TimeFit, take: int, told: Told) -> bool:
     left = ((told.values - swings - ring.offset) / data.sigma)[:, on] ** 2
     rest = (found.missed(take) / data.sigma)[:, on] ** 2
     parts = [part for part in (data.fit, ~data.fit) if part.any()]
-    loud = max(np.nanmean(rest[part]) for part in parts)
-    least = max(QUIETLY, min(LOUDEST, 1 + LEFT * loud))
-    return all(np.nanmean(left[part]) <= least for part in parts)
+    return [(float(np.nanmean(left[part])), float(np.nanmean(rest[part]))) for part in parts]
 
 
 def modes_of(

@@ -16,6 +16,7 @@ from .all_told import (
     Told,
     as_heard,
     cleared,
+    foretells,
     modes_of,
     tells_all,
 )
@@ -111,14 +112,14 @@ def _new(law: Law, take: int, heard: list[tuple[float, float]], known: dict) -> 
 
 
 def _all_told(found: TimeFit, take: int, match: Match, rings: tuple) -> Told | None:
-    """A ring-down that tells all of a fitted take: as it was heard, or with trifles and without
-    what the effects do.
+    """A ring-down that tells all of a fitted take: as it was heard, but for a small effect perhaps,
+    or with trifles and without what the effects do.
     """
     if rings:
         index = found.law.fitted[take]
         data = found.law.takes[index]
         told = Told(rings[index], data.time, data.values, match.poles)
-        if tells_all(found, take, told):
+        if tells_all(found, take, told) or foretells(found, take, told):
             return told
     told = cleared(found, take)
     return told if told and tells_all(found, take, told) else None

@@ -546,6 +546,14 @@ def test_a_near_camera_that_the_rest_places_show_is_no_uneven_stiffness(tmp_path
             id="a pair that hardly begins to beat is opened",
         ),
         pytest.param(
+            "split_modes", 173205, {"split_modes"}, 1.1,
+            id="two pitches of a pair that only meshing parts are a split pair's",
+        ),
+        pytest.param(
+            "two:added_mass+relaxation", 173205, {"added_mass", "relaxation"}, 1.1,
+            id="poles that tell all but a small effect are a heavily laden body's",
+        ),
+        pytest.param(
             "rolling_shutter", 67690, {"rolling_shutter"}, 1.2,
             id="a pair's other direction shows once the rows are known to be late",
         ),

@@ -6,12 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core.all_told import _mimics, cleared, modes_of, tells_all
+from core.all_told import Told, _mimics, cleared, foretells, modes_of, tells_all
 from core.data import poles
 from core.effects import large_amplitude, lost_frames, stiffness_drift
 from core.effects.further_mode import further_mode, is_further, pitch_of
 from core.further import _bases, _clear, _poles, _staying, with_modes_of
-from core.harmonic_inversion import invert
+from core.harmonic_inversion import fit_poles, invert
 from core.law import replace
 from core.linear_part import fitted_instants
 from core.match import mac
@@ -111,6 +111,26 @@ def test_rows_that_are_late_are_no_misfit_of_what_is_heard():
     told = cleared(found, 0)
     assert np.sort(told.ring.frequency) / FIRST == pytest.approx([1, 2.2], rel=0.01)
     assert tells_all(found, 0, told)
+
+
+@pytest.mark.parametrize(
+    ("creep", "turned", "told"),
+    [(0.0, False, True), (0.14, False, True), (0.5, False, False), (0.14, True, False)],
+    ids=["nothing else", "a small effect", "a large one", "what comes is another motion"],
+)
+def test_poles_beside_a_small_effect_are_modes_where_they_foretell(creep, turned, told):
+    """Two modes that nobody matched, as loud as the first, and a mean that creeps."""
+    values = beside(moved(), (0.5, 1.0, OTHER), (0.7, 1.0, OTHER[::-1]))
+    values = values + creep * AMPLITUDE * np.outer(np.exp(-2 * TIME), SHAPE)
+    use = channels(values).fit
+    values[~use] *= -1 if turned else 1
+    found = declared(channels(values))
+    data, pitches = found.law.takes[0], found.frequency[0] * np.array([1.0, 0.5, 0.7])
+    ring = fit_poles(TIME[use], values[use], pitches, np.full(3, 0.02), noise=data.sigma)
+    both = Told(ring, data.time, data.values, (0,))
+    assert found.chi2 > 500 * found.samples
+    assert foretells(found, 0, both) is told
+    assert tells_all(found, 0, both) is (creep == 0)
 
 
 def test_where_a_mode_is_not_heard_nothing_is_told():
