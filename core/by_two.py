@@ -14,7 +14,15 @@ from .ready import polished, to_their_end
 from .refit import turned, without
 from .residual import AHEAD, EVIDENCE, NOISY, QUIET, excess, strays
 from .side_by_side import in_step_by_parts
-from .sufficiency import ENOUGH_BOTH, adds, bends_the_body, one_of, owes, sufficient
+from .sufficiency import (
+    CLEARLY_BOTH,
+    ENOUGH_BOTH,
+    adds,
+    bends_the_body,
+    one_of,
+    owes,
+    sufficient,
+)
 from .time_layer import NEARLY, Candidate, judge, refuted, vetoed
 from .together import pairs
 from .verdict import Verdict, partly, twins_of
@@ -55,6 +63,12 @@ def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
         one = None
     if one and weakens(declared, one):
         return partly(chain, one, strong, ranked)
+    told = None
+    if both and (not one or _may_be_both(one, both[0], declared)):
+        # where the best itself is off ahead, being so tells nothing against its rivals
+        nearly = _stand([c for c in found if sufficient(c, ENOUGH_BOTH, nearly=True)])
+        rivals = nearly if strays(both[0].found) else both
+        told = unless_it_weakens(_two(chain, both[0], rivals, ranked, able), [*strong, *able])
     if one:
         return Verdict(
             "explained",
@@ -63,12 +77,10 @@ def by_two(chain, candidates: tuple, over: float, widen: Callable) -> Verdict:
             (twins_of(one, strong),),
             ranked,
             (),
+            rather=told,
         )
-    if both:
-        # where the best itself is off ahead, being so tells nothing against its rivals
-        nearly = _stand([c for c in found if sufficient(c, ENOUGH_BOTH, nearly=True)])
-        rivals = nearly if strays(both[0].found) else both
-        return unless_it_weakens(_two(chain, both[0], rivals, ranked, able), [*strong, *able])
+    if told:
+        return told
     return _parts(chain, found, (able, ranked, strong))
 
 
@@ -98,6 +110,15 @@ def _is_owed(one: Candidate, both: Candidate, declared: TimeFit) -> bool:
     nothing = both.found.chi2 < NOISY * both.found.samples and not strays(both.found, AHEAD)
     second = judge(both.names, both.found, one.found)
     return nothing and owes(one.found, declared) and adds(one, second)
+
+
+def _may_be_both(one: Candidate, both: Candidate, declared: TimeFit) -> bool:
+    """Whether the one owes an explanation and the two do not, of which the other one shows in most
+    of what the first leaves, ahead too: unless another reason of that is found.
+    """
+    second = judge(both.names, both.found, one.found)
+    told = second.share > MOSTLY and not second.held_share < SHOWN and _shows(second)
+    return told and owes(one.found, declared) and not owes(both.found, declared, CLEARLY_BOTH)
 
 
 def _line_first(found: list[Candidate]) -> list[Candidate]:

@@ -30,6 +30,7 @@ class Channels:
     quiet: np.ndarray  # (C,) mean before the release, NaN where nothing was recorded
     take: Take
     doubt: np.ndarray | None = None  # (C,) by how much what is foretold of it may be off, rms
+    arcs: float = 0.0  # rms over the motion's, of how far its markers go aside, which is taken off
 
     def __post_init__(self):
         T, C = len(self.time), len(self.sigma)

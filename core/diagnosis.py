@@ -110,6 +110,16 @@ def _told(declared: TimeFit, widen: Callable, start: TimeFit, bodily: Callable) 
     return verdict if verdict.whole else _if_all_told(_sharpened(verdict))
 
 
+def with_both(verdict: Verdict) -> Verdict | None:
+    """Of a verdict of one effect that stays unexplained, whatever else was tried, that of the two
+    which explain it; None where there are none.
+    """
+    if verdict.verdict != "unexplained" or verdict.rather is None or verdict.laws:
+        return None
+    both = _if_all_told(_sharpened(verdict.rather))
+    return both if both.verdict == "explained" else None
+
+
 def _if_all_told(verdict: Verdict) -> Verdict:
     """The verdict; "unexplained", with the same names as its parts, where they leave too much."""
     if verdict.verdict == "explained" and _lacks(verdict):
@@ -199,7 +209,7 @@ def _diagnose(declared: TimeFit, widen: Callable, start: TimeFit, bodily: Callab
         told = _does_more(both, alone)
     if both.verdict == "unexplained" and both.effects and alone and _lacks(alone):
         told = _pair(both, alone).evidence > EVIDENCE  # none explains: the likelier parts
-    return both if alone is None or told else alone
+    return both if alone is None or told else replace(alone, rather=both.rather)
 
 
 def _strong(seen: list[Candidate], declared: TimeFit) -> list[Candidate]:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .arcs import off_arcs
 from .body import Body
 from .channels import Channels
 from .conditions import common, first_take, left_out, shift
@@ -18,7 +19,7 @@ from .outlived import after_bursts, after_outlived
 from .partners import FAINT, gaps_of, heard_split, swing_of, with_partners
 from .pursuit import pursue
 from .recorded import recorded
-from .residual import NOISY, QUIET, excess
+from .residual import EVIDENCE, NOISY, QUIET, bic, excess
 from .seat import seated
 from .settle import (
     Recorded,
@@ -90,6 +91,7 @@ def hear(body: Body, find_release) -> Heard:
     if later is not ground:
         ground, matches = later, _matches(later)
     heard = _hear(ground, matches)
+    ground, heard = _without_arcs(ground, heard)
     ground, heard = _without_bursts(ground, heard)
     sitting = seated(ground, ground.rings)
     if sitting is ground:
@@ -160,6 +162,18 @@ def _without_bursts(ground: Recorded, heard: Heard) -> tuple[Recorded, Heard]:
     quiet = other.free.chi2 < QUIET * other.free.samples
     same = set(heard.match.modes) <= set(other.match.modes)
     return (later, other) if quiet and same else (ground, heard)
+
+
+def _without_arcs(ground: Recorded, heard: Heard) -> tuple[Recorded, Heard]:
+    """The takes, and what was heard, without the arcs that the markers go on; as they were where
+    that tells no more.
+    """
+    straight = off_arcs(ground, heard.takes, heard.free, heard.turns[0])
+    if straight is ground:
+        return ground, heard
+    other = _hear(straight, _matches(straight))
+    better = bic(other.free) < bic(heard.free) - EVIDENCE
+    return (straight, other) if better else (ground, heard)
 
 
 def _whole(ground: Recorded, settled: tuple, loaded: list):

@@ -173,6 +173,15 @@ def elastic_energy(parts: tuple, moduli: tuple, u: np.ndarray) -> float:
     return float(shear.volume @ iso + bulk.volume @ vol)
 
 
+def internal_force(parts: tuple, moduli: tuple, u: np.ndarray) -> np.ndarray:
+    """(3P,) N at displacement u (3P,)."""
+    force = 0
+    for part, modulus, law in zip(parts, moduli, (isochoric, volumetric), strict=True):
+        stress, _ = law(np.eye(3) + (part.gradient @ u).reshape(-1, 3, 3))
+        force = force + part.gradient.T @ ((modulus * part.volume)[:, None, None] * stress).ravel()
+    return force
+
+
 def forces_and_tangent(parts: tuple, moduli: tuple, u: np.ndarray):
     """Internal force (3P,) N and tangent stiffness (3P, 3P) N/m at displacement u (3P,)."""
     force, tangent = 0, 0

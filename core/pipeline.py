@@ -15,7 +15,7 @@ from .body import Body, bare_model, build_body, laden
 from .camera_layer import true_frequency, unfold
 from .case import read_case
 from .data import Case, ElasticModel, Motion, TetMesh, replace
-from .diagnosis import diagnose
+from .diagnosis import diagnose, with_both
 from .dragged import with_drag
 from .effects import added_mass, air_drag, mesh_stiffening
 from .elasticity import HUNG, UNKNOWN, held_part
@@ -120,6 +120,7 @@ def calibrate_case(
         verdict = with_stirred(heard, verdict) or verdict
         verdict = with_drag(heard, verdict, beside=True) or verdict
         verdict = with_all_modes(heard, verdict) or verdict
+        verdict = with_both(verdict) or verdict
         heard = replace(heard, far=far if near else None)
         say(0.8, "Comparing pitches and shapes")
         stiff, sigma = converged()
@@ -271,6 +272,12 @@ def _heard_warnings(case: Case, heard: Heard) -> list[str]:
                 f"{data.take.name}: the first {data.time[0]:.2g} s after the release ring more "
                 "fast modes than can be told apart, and were left out. What acts only then is not "
                 "named."
+            )
+        if data.arcs:
+            out.append(
+                f"{data.take.name}: the markers go on arcs, as those of the computed body do: "
+                f"{data.arcs:.1%} of the motion, which was taken off before all else and is baked. "
+                "The errors are told without it."
             )
         rate, f = 1 / data.frame, float(heard.free.frequency[0])
         if f * data.frame > FOLDED:

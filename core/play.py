@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .arcs import aside_of, loudest
 from .data import Motion
 from .elasticity import gravity_force, point_operator, static
 from .joint import Heard
@@ -33,10 +34,15 @@ def motion(heard: Heard, found: TimeFit, youngs_modulus: float, known: int | Non
     else:
         seen = heard.turns[0].T @ body.seen(data)
         unit = np.einsum("kc,kc->k", law.reference, seen)
-        shapes = _spread(skin, heard.shapes() / unit)
+        shapes_of = heard.shapes() / unit
+        shapes = _spread(skin, shapes_of)
         names = [f"mode {k + 1}: {f:.3g} Hz" for k, f in enumerate(found.frequency[:K])]
         names += [f"mode {k + 1}, not heard" for k in range(K, law.modes)]
         weights = u
+        if data.arcs:
+            arcs, products, labels = _arcs(heard, shapes_of, u)
+            shapes = np.concatenate([shapes, _spread(skin, arcs)], axis=2)
+            weights, names = np.hstack([weights, products]), [*names, *labels]
     extra = _extra(heard, found, columns)
     if extra is not None:
         fields, weight, labels = extra
@@ -48,6 +54,22 @@ def motion(heard: Heard, found: TimeFit, youngs_modulus: float, known: int | Non
         shapes = np.concatenate([shapes, _spread(skin, sag[:, :, None])], axis=2)
         weights, names = np.hstack([weights, np.ones((len(time), 1))]), [*names, "sag"]
     return Motion(tuple(names), shapes, time, weights)
+
+
+def _arcs(heard: Heard, shapes: np.ndarray, u: np.ndarray):
+    """Fields (P, 3, q), weights (T, q) and names of the arcs on which the modes (P, 3, K) go that
+    swing by u (T, K).
+    """
+    body = heard.body
+    loud = loudest(u.std(axis=0) * np.linalg.norm(shapes, axis=(0, 1)))
+    pitch = body.modes.frequency[list(heard.match.modes)][loud]
+    pairs, aside = aside_of(body, shapes[:, :, loud], pitch)
+    products = np.stack([u[:, loud[j]] * u[:, loud[k]] for j, k in pairs], axis=1)
+    labels = [
+        f"arc of mode {loud[j] + 1}" + (f" with mode {loud[k] + 1}" if j != k else "")
+        for j, k in pairs
+    ]
+    return aside, products, labels
 
 
 def _spread(skin, fields: np.ndarray) -> np.ndarray:

@@ -36,6 +36,8 @@ class Verdict:
     bare: TimeFit | None = None
     # where the final fit tells of the heard modes, and foretells what all of them do
     whole: Whole | None = None
+    # two effects that explain what the one owes, where no other reason of that is found
+    rather: "Verdict | None" = None
 
     @property
     def final(self) -> TimeFit:

@@ -6,9 +6,11 @@ from types import SimpleNamespace
 import pytest
 
 from core import by_two as module
+from core import diagnosis
 from core.by_two import by_two, or_their_twins
 from core.effects import dry_friction, relaxation
 from core.residual import EVIDENCE
+from core.sufficiency import CLEARLY, CLEARLY_BOTH
 from core.time_layer import Candidate
 from core.verdict import Verdict
 from tests.core.test_together import both_of, creeping_and_rubbed
@@ -70,15 +72,26 @@ def test_two_that_are_no_explanation_lead_to_one_that_is(monkeypatch, broken):
         (1.0, False, True, False, ("split_modes",)),
         (1.0, True, False, False, ("split_modes",)),
         (1.0, True, True, True, ("split_modes",)),
+        (1.5, 1.0, False, True, ("split_modes",)),
+        (1.5, 0.5, False, True, ("split_modes",)),
     ],
-    ids=["a cause", "more than noise is left", "none is owed", "not most of it", "off ahead"],
+    ids=[
+        "a cause",
+        "more than noise is left",
+        "none is owed",
+        "not most of it",
+        "off ahead",
+        "both owe none",
+        "both owe none, and the second takes half",
+    ],
 )
 def test_what_one_effect_owes_has_a_cause_however_small_beside_the_first(
     monkeypatch, left, owing, adding, astray, names
 ):
     fit = SimpleNamespace(law=SimpleNamespace(effects=()), chi2=left, samples=1.0)
     both = Candidate(("split_modes", "base_motion"), fit, 10 * EVIDENCE, 0.99, 0.99)
-    alone = Candidate(("split_modes",), fit, 9 * EVIDENCE, 0.97, 0.98)
+    one = SimpleNamespace(**vars(fit))
+    alone = Candidate(("split_modes",), one, 9 * EVIDENCE, 0.97, 0.98)
     for name, value in {
         "pairs": [both],
         "to_their_end": [both],
@@ -92,17 +105,45 @@ def test_what_one_effect_owes_has_a_cause_however_small_beside_the_first(
         "turned": fit,
         "weakens": False,
         "twins_of": (),
-        "owes": owing,
         "adds": adding,
         "excess": 0.0,
     }.items():
         monkeypatch.setattr(module, name, lambda *_, _value=value, **__: _value)
-    judged = {("base_motion",): 1.0, ("split_modes",): 2.0}
+    # True: both owe; a number: the two owe none, and the second takes such a share
+    share = 1.0 if isinstance(owing, bool) else owing
+
+    def owes(found, declared, clearly=CLEARLY):
+        return owing if isinstance(owing, bool) else found is one or clearly != CLEARLY_BOTH
+
+    monkeypatch.setattr(module, "owes", owes)
+    judged = {("base_motion",): 1.0, ("split_modes",): 2.0, both.names: 2 * EVIDENCE}
     monkeypatch.setattr(
-        module, "judge", lambda n, *_: Candidate(n, fit, judged.get(n, 1.0), 1.0, 1.0)
+        module, "judge", lambda n, *_: Candidate(n, fit, judged.get(n, 1.0), share, share)
     )
     told = by_two(((None, fit),), ([alone], (), [], {}), 0.1, lambda found, effects: found)
     assert told.names == names and told.verdict == "explained"
+    assert (told.rather is not None) == (owing == 1.0 and not isinstance(owing, bool))
+    assert not told.rather or told.rather.names == both.names
+
+
+@pytest.mark.parametrize(
+    ("verdict", "lacks", "laws", "kept"),
+    [
+        ("unexplained", False, 0, False),
+        ("explained", False, 0, True),
+        ("unexplained", True, 0, True),
+        ("unexplained", False, 1, True),
+    ],
+    ids=["nothing else explains it", "explained", "the two owe as well", "beside another law"],
+)
+def test_two_effects_take_the_place_of_one_that_stays_unexplained(
+    monkeypatch, verdict, lacks, laws, kept
+):
+    monkeypatch.setattr(diagnosis, "_sharpened", lambda told: told)
+    monkeypatch.setattr(diagnosis, "_lacks", lambda told: lacks)
+    two = Verdict("explained", ((None, None),), (), (), (), ())
+    one = SimpleNamespace(verdict=verdict, rather=two, laws=laws)
+    assert diagnosis.with_both(one) is (None if kept else two)
 
 
 @pytest.mark.parametrize("more", [True, False])
