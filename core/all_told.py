@@ -99,9 +99,9 @@ def tells_all(found: TimeFit, take: int, told: Told) -> bool:
 
 
 def foretells(found: TimeFit, take: int, told: Told) -> bool:
-    """Whether a ring-down leaves no more than a trifle of what the fit leaves, where it was fitted,
-    and half of that where the take was held out: it lacks a small effect, but no mode. What mimics
-    one that bends a pitch foretells badly. Never of a take of which nothing was held out.
+    """Whether a ring-down leaves no more than a trifle of the misfit that the fit leaves where it
+    was fitted, and no more than half of that of what was held out: it lacks a small effect, but no
+    mode. What mimics one that bends a pitch foretells badly. Never where nothing was held out.
     """
     (left, rest), *ahead = _left(found, take, told)
     trifle = left <= min(SMALL, 1 + LEFT * rest)

@@ -20,10 +20,9 @@ from .body import Body
 from .channels import Channels
 from .data import ElasticModel, replace
 from .elasticity import static
-from .errors import DataError
 from .law import TimeFit
 from .listen import listen_from
-from .nonlinear import internal_force, strain_points
+from .nonlinear import internal_force, is_nonlinear, strain_points
 from .residual import EVIDENCE, QUIET
 from .settle import Recorded
 from .side_by_side import side_by_side
@@ -89,7 +88,7 @@ def off_arcs(ground: Recorded, takes: tuple, free: TimeFit, turn: np.ndarray | N
     for n, index in enumerate(ground.fitted):
         rests[index] = free.rest(n)
     fitted = [(takes[i], rests[i]) for i in ground.fitted]
-    if not any(_may_show(body, *one) for one in fitted) or not _bends(body.model):
+    if not is_nonlinear(body.model) or not any(_may_show(body, *one) for one in fitted):
         return ground
     arcs = _arcs(body, fitted, turn)
     aside = [arcs.of(*one) for one in zip(takes, rests, strict=True)]
@@ -103,15 +102,6 @@ def off_arcs(ground: Recorded, takes: tuple, free: TimeFit, turn: np.ndarray | N
     return replace(
         ground, takes=tuple(data for data, _ in pairs), rings=tuple(ring for _, ring in pairs)
     )
-
-
-def _bends(model: ElasticModel) -> bool:
-    """Whether its element has a nonlinear form."""
-    try:
-        strain_points(model)
-    except DataError:
-        return False
-    return True
 
 
 def _less(data: Channels, aside: np.ndarray) -> Channels:

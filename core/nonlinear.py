@@ -125,13 +125,18 @@ def at_equilibrium(model: ElasticModel, rest: Equilibrium, youngs_modulus: float
     return replace(model, shear=rest.stiffness * share, bulk=model.bulk * 0.0)
 
 
+def is_nonlinear(model: ElasticModel) -> bool:
+    """Whether the model's element has a nonlinear form."""
+    return not ELEMENTS[model.element].mixed and model.element != "dg"
+
+
 def strain_points(model: ElasticModel) -> tuple[StrainPoints, StrainPoints]:
     """Where the model's element takes its deviatoric and its volumetric strain.
 
     Raises DataError for a discontinuous or mixed element, which has no such points.
     """
     element, mesh = ELEMENTS[model.element], model.mesh
-    if element.mixed or model.element == "dg":
+    if not is_nonlinear(model):
         raise DataError(
             f'equilibrium: element "{model.element}" has no nonlinear form. Use p1_smoothed or p2.'
         )

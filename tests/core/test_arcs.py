@@ -10,7 +10,7 @@ from core.data import Material
 from core.elasticity import assemble, hold_points
 from core.modes import solve_modes
 from core.pipeline import calibrate_case
-from tests.core.solids import block
+from tests.core.solids import block, box_surface
 
 LONG, WIDE, THICK = 0.1, 0.015, 0.01
 ROOT = 1.8751040687  # of cos x cosh x = -1: the first mode of a clamped and free bar
@@ -90,9 +90,9 @@ def filmed(folder, arcs, size=0.012):
     closed form says.
     """
     rng = np.random.default_rng(5)
-    corners = [(x, y, z) for x in (0, LONG) for y in (0, WIDE) for z in (0, THICK)]
-    faces = ((1, 2, 4, 3), (5, 7, 8, 6), (1, 5, 6, 2), (3, 4, 8, 7), (1, 3, 7, 5), (2, 6, 8, 4))
-    lines = ["v {} {} {}".format(*c) for c in corners] + ["f {} {} {} {}".format(*f) for f in faces]
+    box = box_surface((LONG, WIDE, THICK))
+    lines = ["v {} {} {}".format(*place) for place in box.vertices]
+    lines += ["f {} {} {}".format(*(face + 1)) for face in box.faces]
     (folder / "bar.obj").write_text("\n".join(lines))
     time, w, z = np.arange(480) / 120, 2 * np.pi * 4.0, 0.015
     u = size * np.exp(-z * w * time) * np.cos(w * np.sqrt(1 - z**2) * time)
@@ -148,3 +148,9 @@ def test_arcs_that_are_not_the_bodys_are_left_in_what_was_filmed(tmp_path, arcs)
     report = calibrate_case(filmed(tmp_path, arcs), elements=600).report
     assert not told(report)
     assert (report["diagnosis"]["verdict"] == "adequate") == (arcs == 0.0)
+
+
+@pytest.mark.slow
+def test_an_element_without_a_nonlinear_form_knows_of_no_arcs(tmp_path):
+    report = calibrate_case(filmed(tmp_path, 1.0), elements=300, element="p2_mixed").report
+    assert not told(report) and report["diagnosis"]["verdict"] != "adequate"
