@@ -35,6 +35,7 @@ BEND = 1e-3  # of the body's length, by which it is bent for the second degree o
 STIFF = 3.0  # times the mean pitch of the two that swing, below which a mode follows late
 SEEN = 0.1  # of the noise, that a swing squared over the body's length is, from which arcs show
 NEARLY = 0.4  # relative, that arcs may be larger or smaller than computed
+SHARE = 0.025  # of what is left beyond noise, below which what else acts may look so by chance
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,4 +199,5 @@ def _shows(arcs: list, free: TimeFit) -> bool:
         count += known[:, on].sum() * (1 - q.shape[1] / on.sum())
     gain = 2 * told - size
     noise = max((left - gain) / max(count, 1.0), 1.0)
-    return bool(gain > EVIDENCE * noise and abs(told / max(size, 1e-300) - 1) < NEARLY)
+    large = gain > max(EVIDENCE * noise, SHARE * (left - count))
+    return bool(large and abs(told / max(size, 1e-300) - 1) < NEARLY)

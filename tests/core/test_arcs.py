@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core.arcs import aside_of
+from core.arcs import _shows, aside_of
 from core.data import Material
 from core.elasticity import assemble, hold_points
 from core.modes import solve_modes
@@ -83,6 +83,24 @@ def test_what_follows_a_swing_late_is_no_arc(bar):
     mean = [modes.frequency[[j, k]].mean() for j, k in pairs]
     assert 3 * mean[slow] < modes.frequency[torsion] < 3 * mean[fast]
     assert along[torsion, fast] < 1e-6 * along[torsion, slow]
+
+
+@pytest.mark.parametrize(("loud", "shown"), [(0.0, True), (2.0, True), (20.0, False)])
+def test_arcs_show_where_they_are_a_part_of_what_is_left(loud, shown):
+    """One that drowns in what else acts across the modes agrees with that by chance."""
+    time, across = np.arange(4000) / 100, np.linalg.qr(np.eye(6) + 0.3)[0]
+    arcs = 3 * np.outer(np.cos(4 * time) ** 2, across[1])
+    data = SimpleNamespace(
+        support=np.zeros(6, bool), known=np.ones((4000, 6), bool), sigma=np.ones(6),
+        fit=np.ones(4000, bool),
+    )  # fmt: skip
+    noise = np.random.default_rng(3).standard_normal((4000, 6))
+    left = arcs + loud * 3 * np.outer(np.cos(5.3 * time) ** 2, across[2]) + noise
+    free = SimpleNamespace(
+        law=SimpleNamespace(takes=(data,), fitted=(0,)),
+        shapes_of=lambda n: across[:1], missed=lambda n: left,
+    )  # fmt: skip
+    assert _shows([arcs], free) == shown
 
 
 def filmed(folder, arcs, size=0.012):
