@@ -19,6 +19,7 @@ from .elasticity import (
     point_operator,
     static,
 )
+from .match import PAIR
 from .modes import solve_modes
 from .symmetry import unevenness
 
@@ -53,6 +54,11 @@ class Body:
         """(P, 3, 3) m at 1 Pa under 1 m/s2 along each axis."""
         pull = np.transpose([gravity_force(self.model, axis) for axis in np.eye(3)])
         return static(self.model, pull, 1.0)
+
+    @cached_property
+    def pairs(self) -> bool:
+        """Whether two of its modes may be near by its symmetry, as two ways of one swing."""
+        return unevenness(self.bare) / 2 < PAIR
 
     @cached_property
     def parts(self) -> float:

@@ -27,6 +27,7 @@ CLOSE_FLOOR = 0.0007  # as PITCH_FLOOR, where what all pitches are off by at onc
 OWN = 0.25  # of the error of convergence, that is each pitch's own there
 TOGETHER = 2.0  # of it, that all share: no rim or corner is as sharp as a mesh has it
 SIZED = 0.002  # of each size along an axis: a tenth of a millimetre in five centimetres
+NEAR = 2.0  # standard deviations, within which a pitch is the declared body's
 UNSURE = 2.0  # of a pitch's standard deviation, by which it is off: a faint pole may be two modes
 SPILL = 0.3  # of what is left in a channel may have gone into a mode's shape
 BIASED = 0.5  # of what effects in time moved a pitch by, or the strongest one's, that it may be off
@@ -67,12 +68,26 @@ class Ground:
 def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     """What pitches and shapes are compared with; None where the declared body moves as nothing that
     was measured.
+
+    Where a mode is all that is strange to it, each other one counts that moves as none of its
+    modes: a body of which they all are has been changed, and a loose part makes one alone.
     """
+    final, seen = verdict.final, heard.body.seen(_first_of(verdict.final))
+    every = [unfolded_mode(one, seen, heard, final) for one in further_modes(verdict)]
+    own = of_the_body(every, seen, heard, final)
+    found = _ground(heard, verdict, stiff, sigma, own)
+    if found is None or len(own) == len(every) or not found.base.strange:
+        return found
+    loud = len(found.measured.frequency) - found.measured.faint
+    strange_alone = np.abs(found.base.pitch_pull[:loud]).max() < NEAR
+    return _ground(heard, verdict, stiff, sigma, every) if strange_alone else found
+
+
+def _ground(heard: Heard, verdict: Verdict, stiff, sigma, further: list) -> Ground | None:
+    """That of the modes that were matched and these `further` ones."""
     final = verdict.final
-    data = final.law.takes[final.law.fitted[0]]
+    data = _first_of(final)
     body = heard.body
-    further = [unfolded_mode(one, body.seen(data), heard, final) for one in further_modes(verdict)]
-    further = of_the_body(further, body.seen(data), heard, final)
     loud = [one for one in further if is_loud(one, heard, final)]
     further = [*loud, *(one for one in further if one not in loud)]
     model_error = sigma[list(heard.match.modes)]
@@ -145,6 +160,10 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
         shifts=shifts,
         with_loads=with_loads,
     )
+
+
+def _first_of(final: TimeFit) -> Channels:
+    return final.law.takes[final.law.fitted[0]]
 
 
 def _compared(body: Body, data: Channels, measured: Measured, shrink) -> Hypothesis | None:

@@ -233,7 +233,9 @@ def with_all(ground: Recorded, settled: tuple):
         swing = swing_of(free)
         pair = max(gaps, key=lambda k: swing[k])
         paired = bool(swing[pair] > FAINT * swing.max())
-    setting = replace(free.law.setting, paired=paired, pair=pair, pair_gap=gaps.get(pair))
+    setting = replace(
+        free.law.setting, symmetric=body.pairs, paired=paired, pair=pair, pair_gap=gaps.get(pair)
+    )
     free = replace(free, law=replace(free.law, setting=setting))
     if len(matches) == 1:
         data, ring = ground.takes[ground.fitted[0]], ground.rings[ground.fitted[0]]
@@ -297,7 +299,8 @@ def laid_bare(heard: Heard, found: TimeFit, effects: int) -> TimeFit:
 
 def _match(data: Channels, ring: RingDown, body: Body) -> Match:
     chase = pursue(ring, data.time[data.fit], data.values[data.fit], data.sigma, late=data.late)
-    return match_modes(ring, chase, body.modes.frequency, body.seen(data), 1 / data.frame)
+    computed = body.modes.frequency, body.seen(data)
+    return match_modes(ring, chase, *computed, 1 / data.frame, body.pairs)
 
 
 def _same_poles(ground: Recorded, index: int, matches) -> RingDown:

@@ -51,6 +51,24 @@ def mac(a: np.ndarray, b: np.ndarray) -> float:
     return float((a @ b) ** 2 / power) if power > 0 else 0.0
 
 
+@dataclass(frozen=True, eq=False)
+class _Computed:
+    """Computed modes at one modulus."""
+
+    frequency: np.ndarray  # (m,) Hz
+    shapes: np.ndarray  # (m, C)
+    rate: float  # Hz, the frame rate
+    pairs: bool  # whether near ones may be two ways of one symmetric body
+
+    def likeness(self, shape: np.ndarray, j: int) -> float:
+        """That of `likeness`; where no pair is one by symmetry, mode j's own counts for half."""
+        alike = likeness(shape, self.shapes, self.frequency, j)
+        return alike if self.pairs else (alike + mac(shape, self.shapes[j])) / 2
+
+    def turned(self, shape: np.ndarray, j: int) -> float:
+        return _turned(shape, self.shapes, self.frequency, j)
+
+
 def likeness(shape: np.ndarray, modes: np.ndarray, frequency: np.ndarray, j: int) -> float:
     """MAC of `shape` (C,) with mode j of `modes` (m, C), or with the pair that j belongs to."""
     pair = modes[np.abs(frequency / frequency[j] - 1) < PAIR]
@@ -59,11 +77,17 @@ def likeness(shape: np.ndarray, modes: np.ndarray, frequency: np.ndarray, j: int
 
 
 def match_modes(
-    ring: RingDown, chase: tuple, frequency: np.ndarray, shapes: np.ndarray, rate: float = np.inf
+    ring: RingDown,
+    chase: tuple,
+    frequency: np.ndarray,
+    shapes: np.ndarray,
+    rate: float = np.inf,
+    pairs: bool = True,
 ) -> Match:
     """Match `ring` to computed modes at any one modulus: frequency (m,), shapes (m, C).
 
-    `rate` is the frame rate: a computed mode above half of it is known by its fold.
+    `rate` is the frame rate: a computed mode above half of it is known by its fold. `pairs` is
+    `Body.pairs`.
 
     `chase` is what `pursue` gave. The modulus is unknown, so every computed mode is tried as the
     strongest measured one; the assignment with the best likeness in shape and in ratio of
@@ -73,14 +97,15 @@ def match_modes(
     but as no mode above the one that the strongest was matched to.
     Where that is like no computed mode, another one that surely is leads, if its pitch tells it.
     """
-    answer = _matched(ring, chase, frequency, shapes, rate, likeness)
+    computed = _Computed(frequency, shapes, rate, pairs)
+    answer = _matched(ring, chase, computed, computed.likeness)
     if None in answer.modes:  # it and one that lies near may have turned into one another
-        answer = _matched(ring, chase, frequency, shapes, rate, _turned)
+        answer = _matched(ring, chase, computed, computed.turned)
         if None in answer.modes:
-            answer = _led_by_another(ring, chase, frequency, shapes, rate) or answer
+            answer = _led_by_another(ring, chase, computed) or answer
         return answer
     for lower in _below(answer, ring, chase, frequency, shapes):
-        other = _matched(ring, _led(chase, lower), frequency, shapes, rate, likeness)
+        other = _matched(ring, _led(chase, lower), computed, computed.likeness)
         if None not in other.modes and frequency[other.modes[0]] <= frequency[answer.modes[0]]:
             return other
     return answer
@@ -92,7 +117,7 @@ def _led(chase: tuple, n: int) -> tuple:
     return tuple([one[i] for i in order] for one in chase)
 
 
-def _led_by_another(ring: RingDown, chase: tuple, frequency, shapes, rate) -> Match | None:
+def _led_by_another(ring: RingDown, chase: tuple, computed: _Computed) -> Match | None:
     """The match by the strongest pole that is surely a mode and by whose pitch the strongest of all
     is one, too, which is like none clearly enough to lead; that one first. None if there is none.
 
@@ -100,10 +125,10 @@ def _led_by_another(ring: RingDown, chase: tuple, frequency, shapes, rate) -> Ma
     """
     order, measured, strength = chase
     for n in np.argsort(-strength):
-        sure = max(likeness(measured[n], shapes, frequency, j) for j in range(len(frequency)))
+        sure = max(computed.likeness(measured[n], j) for j in range(len(computed.frequency)))
         if n == 0 or strength[n] < HEARD * strength[0] or sure < SURE:
             continue
-        other = _matched(ring, _led(chase, n), frequency, shapes, rate, likeness)
+        other = _matched(ring, _led(chase, n), computed, computed.likeness)
         if order[0] in other.poles:
             k = other.poles.index(order[0])
             return other.only([k, *(i for i in range(len(other.poles)) if i != k)])
@@ -144,30 +169,31 @@ def _turned(shape: np.ndarray, modes: np.ndarray, frequency: np.ndarray, j: int)
     return alike if len(modes) * beta.sf(alike, 1, (channels - 2) / 2) < CHANCE else 0.0
 
 
-def _matched(ring, chase, frequency, shapes, rate, alike_first) -> Match:
+def _matched(ring, chase, computed: _Computed, alike_first) -> Match:
     """`match_modes` where `alike_first` says how like the strongest pole is to a computed mode."""
     order, measured, strength = chase
+    frequency = computed.frequency
     heard = [
         (ring.frequency[k], shape, ring.damping_ratio[k])
         for k, shape in zip(order, measured, strict=True)
     ]
     best, answer = -np.inf, Match((order[0],), (None,))
     for first in range(min(len(frequency), 8)):
-        alike = alike_first(measured[0], shapes, frequency, first)
+        alike = alike_first(measured[0], first)
         if alike < 0.5:
             continue
-        scaled = frequency * (heard[0][0] / frequency[first])
+        scaled = replace(computed, frequency=frequency * (heard[0][0] / frequency[first]))
         taken, modes, score = [0], [first], strength[0] * (alike - 0.03 * first)
         halves = {}  # of pairs that are split, by the matched mode: each has one other half
         for k in range(1, len(order)):
-            some, computed = [heard[i] for i in taken], (scaled, shapes, rate)
-            j, quality = _partner(heard[k], some, modes, computed)
+            some = [heard[i] for i in taken]
+            j, quality = _partner(heard[k], some, modes, scaled)
             if j is not None:
                 taken.append(k)
                 modes.append(j)
                 score += strength[k] * quality
                 continue
-            other, fit = _as_other_half(heard[k], some, modes, computed)
+            other, fit = _as_other_half(heard[k], some, modes, scaled)
             halves[other] = max(halves.get(other, 0.0), strength[k] * fit)
         score += sum(halves.values())
         if score > best:
@@ -175,21 +201,21 @@ def _matched(ring, chase, frequency, shapes, rate, alike_first) -> Match:
     return answer
 
 
-def _partner(one, taken, modes, computed):
+def _partner(one, taken, modes, computed: _Computed):
     """The free computed mode of a measured (frequency, shape, damping ratio), and how good it is,
     or None.
     """
     f, shape, z = one
-    frequency, shapes, rate = computed
+    frequency, rate = computed.frequency, computed.rate
     for g, other, _ in taken:
         overtone = any(abs(f / g / n - 1) < HARMONIC for n in (2, 3, 4, 5))
         if mac(shape, other) > 0.9 and (overtone or abs(f / g - 1) < 0.4):
             return None, 0.0
     free = [j for j in range(len(frequency))
-            if j not in modes and _may_pair(one, j, taken, modes, frequency)]  # fmt: skip
+            if j not in modes and _may_pair(one, j, taken, modes, computed)]  # fmt: skip
     if _is_nonlinear_tone(f, [g for g, _, _ in taken]):
         free = [j for j in free if abs(f / frequency[j] - 1) < FITS]
-    alike = {j: likeness(shape, shapes, frequency, j) for j in free}
+    alike = {j: computed.likeness(shape, j) for j in free}
     if f > (1 + PAIR) * frequency.max():  # it may be a mode that was not computed
         free = [j for j in free if alike[j] > SURE]
     plain = {j: alike[j] - abs(np.log(f / frequency[j])) for j in free}
@@ -209,16 +235,15 @@ def _partner(one, taken, modes, computed):
     return found, plain[found]
 
 
-def _as_other_half(one, taken, modes, computed) -> tuple[int | None, float]:
+def _as_other_half(one, taken, modes, computed: _Computed) -> tuple[int | None, float]:
     """The matched mode of which a pole is the split partner, which is left for the effects, and how
     well it is told so; None and nought where it is none.
     """
     f, shape, _ = one
-    frequency, shapes, _ = computed
     fits = {
-        m: likeness(shape, shapes, frequency, m) - abs(np.log(f / g))
+        m: computed.likeness(shape, m) - abs(np.log(f / g))
         for (g, _, _), m in zip(taken, modes, strict=True)
-        if _may_be_partner(f, [(g, None, None)], [m], frequency)
+        if _may_be_partner(f, [(g, None, None)], [m], computed.frequency)
     }
     best = max(fits, key=fits.get, default=None)
     return (None, 0.0) if best is None or fits[best] <= SURE else (best, fits[best])
@@ -245,16 +270,20 @@ def dies_alike(f: float, z: float, pitch: float, first) -> bool:
     return bool(1 / UNLIKE < true < most)
 
 
-def _may_pair(one, j: int, taken, modes, frequency: np.ndarray) -> bool:
+def _may_pair(one, j: int, taken, modes, computed: _Computed) -> bool:
     """Whether mode j is no partner of a matched one, or one that is pulled far off its pitch, or
-    as far from it as was computed.
+    as far from it as was computed; or goes another way than that, which no symmetry makes its pair.
     """
     f, shape, _ = one
+    frequency, shapes = computed.frequency, computed.shapes
 
     def apart(g, other, m):
-        computed = np.log(frequency[j] / frequency[m])
-        foretold = abs(computed) > PARTED and abs(np.log(f / g) / computed - 1) < 0.5
-        return foretold or (abs(np.log(f / g)) > SPLIT and mac(shape, other) < ACROSS)
+        seen, gap = np.log(f / g), np.log(frequency[j] / frequency[m])
+        if not computed.pairs and abs(seen - gap) < 2 * PAIR:  # as far off as a coarse mesh may be
+            own, across = (mac(shape, shapes[i]) - mac(other, shapes[i]) for i in (j, m))
+            return own > 0 > across
+        foretold = abs(gap) > PARTED and abs(seen / gap - 1) < 0.5
+        return foretold or (abs(seen) > SPLIT and mac(shape, other) < ACROSS)
 
     return all(
         apart(g, other, m)

@@ -162,9 +162,8 @@ def _heard_pitches(ground: Recorded, rings: tuple, asked: dict[int, int]) -> dic
         modes = on_seats(body, data.take) if data.take.loads else {}
         for seat, told in out.items():
             own = modes.get(seat, body.modes)
-            match = match_modes(
-                ring, chase, own.frequency, body.seen(data, own.shapes), 1 / data.frame
-            )
+            seen = body.seen(data, own.shapes)
+            match = match_modes(ring, chase, own.frequency, seen, 1 / data.frame, body.pairs)
             heard = ring.frequency[list(match.poles)]
             true = true_pitches(heard, match.modes, own.frequency, 1 / data.frame)
             told |= {

@@ -78,6 +78,7 @@ class Setting:
     carried: tuple = ()  # per fitted take, `Carried`; known once it is fitted
     near: object | None = None  # a camera's Nearness, where the rest places show it without doubt
     steps: int = FINE  # of a march, per period of the first mode
+    symmetric: bool = True  # two of the body's modes may be near by its symmetry
     paired: bool = True  # a mode has a degenerate partner that was not matched
     pair: int = 0  # of the modes, which one that is
     pair_gap: float | None = None  # relative, that the body itself parts the two by, if known

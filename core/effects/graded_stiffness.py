@@ -58,7 +58,8 @@ def _axes(model) -> np.ndarray:
 def powers(ratio: float) -> np.ndarray:
     """(DEGREE + 1,) coefficients of s^n in r^s, as near as a polynomial comes on 0..1."""
     series = chebyshev.Chebyshev.interpolate(lambda s: ratio**s, DEGREE, domain=[0, 1])
-    return series.convert(kind=polynomial.Polynomial).coef
+    told = series.convert(kind=polynomial.Polynomial).coef
+    return np.pad(told, (0, DEGREE + 1 - len(told)))  # it leaves out last ones that are nought
 
 
 def families(body, solve):

@@ -86,6 +86,12 @@ def test_an_exponential_gradient_is_told_by_few_powers(ratio):
     assert np.abs(told / ratio**s - 1).max() < 3e-3
 
 
+def test_a_gradient_that_hardly_is_one_has_all_powers_too():
+    """The last ones may cancel to nought."""
+    ratios = 1 + np.linspace(-0.01, 0.01, 2001)
+    assert {len(graded_stiffness.powers(one)) for one in ratios} == {graded_stiffness.DEGREE + 1}
+
+
 @pytest.mark.parametrize("noise", [0.03, 0.3, 1.0])
 def test_a_shaken_path_is_cleared_of_noise_and_its_gaps_are_bridged(noise):
     rng = np.random.default_rng(5)
@@ -598,6 +604,36 @@ def test_a_pair_that_is_parted_as_computed_is_two_modes(computed, heard, modes):
     chase = ([0, 1], shapes, np.array([0.9, 0.4]))
     found = match_modes(ring, chase, np.array([1.0, computed]), shapes)
     assert found.modes == modes
+
+
+@pytest.mark.parametrize(
+    ("pairs", "turn", "heard", "modes"),
+    [
+        (False, 0.0, 1.019, (0, 1)), (True, 0.0, 1.019, (0,)), (False, 0.3, 1.019, (0, 1)),
+        (False, 0.0, 1.06, (0,)), (False, 0.0, 0.985, (0, 1)),
+    ],
+    ids=["by no symmetry", "a symmetric body's", "a little turned", "far off", "in other order"],
+)  # fmt: skip
+def test_near_modes_by_chance_are_known_by_their_ways(pairs, turn, heard, modes):
+    """A coarse mesh has them 0.3 % apart."""
+    shapes = np.array([[1.0, 0.1, 0.5], [-0.1, 1.0, 0.6]])
+    c, s = np.cos(turn), np.sin(turn)
+    moves = np.array([[c, s], [-s, c]]) @ shapes
+    pitch, z = 4.687 * np.array([1.0, heard]), np.full(2, 0.03)
+    ring = RingDown(pitch, z, moves.astype(complex), np.zeros(3), np.ones(3), np.eye(4))
+    chase = ([0, 1], moves, np.array([0.9, 0.4]))
+    found = match_modes(ring, chase, np.array([1.0, 1.003]), shapes, pairs=pairs)
+    assert found.modes == modes
+
+
+def test_what_swings_the_second_of_two_near_ways_is_the_second_mode():
+    shapes = np.array([[1.0, 0.1, 0.5], [-0.1, 1.0, 0.6]])
+    args = np.full(1, 5.0), np.full(1, 0.03), shapes[1:].astype(complex), np.zeros(3), np.ones(3)
+    chase = ([0], shapes[1:], np.ones(1))
+    found = match_modes(
+        RingDown(*args, np.eye(2)), chase, np.array([1.0, 1.01]), shapes, pairs=False
+    )
+    assert found.modes == (1,)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,11 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from core.body import Body
 from core.data import Material, TetMesh
+from core.effects import split_modes
 from core.elasticity import assemble, hold_points
 from core.symmetry import is_even, unevenness
 from tests.core.solids import block
@@ -37,6 +41,15 @@ def test_a_cube_that_is_held_on_two_opposite_faces_is_even():
 def test_unevenness_is_that_of_the_squared_widths_of_body_and_foot():
     assert unevenness(held((3, 1, 1.08), at_the_foot)) == pytest.approx(2 * (1.08**2 - 1), abs=0.02)
     assert not is_even(held((3, 1, 1.08), at_the_foot))
+
+
+@pytest.mark.parametrize(("width", "pairs"), [(1, True), (1.3, False)])
+def test_a_pair_is_split_where_the_body_may_have_one(width, pairs):
+    model = held((3, 1, width), at_the_foot)
+    body = Body(None, model, model, None, None)
+    assert body.pairs == pairs
+    setting = SimpleNamespace(paired=True, symmetric=body.pairs)
+    assert (split_modes.EFFECT.requires(setting, ()) == "") == pairs
 
 
 @pytest.mark.parametrize(
