@@ -66,7 +66,7 @@ def cleared(found: TimeFit, take: int) -> Told | None:
     swings = (both * found.coefficients[:, at : at + law.own]).sum(axis=-1)
     values = found.missed(take) + swings
     on, use = ~data.support, fitted_instants(law, found.theta, data)[1]
-    if np.isfinite(values[use][:, on]).all(axis=1).sum() < FEWEST:
+    if np.isfinite(values[use][:, on]).sum(axis=0).min() < FEWEST:
         return None
     ring = invert(time[use], values[use][:, on], noise=data.sigma[on], faintest=0.0)
     apart = np.abs(np.log(ring.frequency[:, None] / found.pitches(take)))

@@ -3,6 +3,7 @@
 import numpy as np
 
 from .compare import Hypothesis
+from .gaps import bridged
 from .ground import Ground
 from .law import TimeFit
 from .match import mac
@@ -35,8 +36,8 @@ def body_error(
     bent = np.array([mac(a, b) < BENT for a, b in zip(found.shapes, heard, strict=True)])
     shapes = np.where(bent[:, None], found.shapes, heard)
     index = law.fitted[0]
-    free = _bound(ground.damping_ratio, own, heard, data)
-    change = _bound(ground.damping_ratio, f, shapes, data) - free
+    z, told = ground.damping_ratio, fit.predicted[index]
+    change = _bound(z, f, shapes, data, told) - _bound(z, own, heard, data, told)
     predicted = list(fit.predicted)
     predicted[index] = predicted[index] + change
     elsewhere = {i: (law.fitted.index(i), fit.frequency) for i in alike}
@@ -47,7 +48,8 @@ def body_error(
         elsewhere |= dict.fromkeys(laden, (one.take, pitches))
     for i, (n, pitches) in elsewhere.items():
         data, z, shapes = law.takes[i], declared.damping_ratios(n), fit.shapes_of(n)
-        here, there = (_bound(z, f, shapes, data) for f in (pitches, fit.pitches(n)))
+        told = fit.predicted[i]
+        here, there = (_bound(z, f, shapes, data, told) for f in (pitches, fit.pitches(n)))
         predicted[i] = predicted[i] + here - there
     return error_of(law.takes, predicted)
 
@@ -57,23 +59,24 @@ def _beyond(pulls: np.ndarray) -> np.ndarray:
     return np.sign(pulls) * np.maximum(np.abs(pulls) - PULLED, 0)
 
 
-def _bound(z: np.ndarray, frequency, shapes, data) -> np.ndarray:
+def _bound(z: np.ndarray, frequency, shapes, data, told) -> np.ndarray:
     """(T, C) best linear ring-down with these damping ratios, pitches and shapes, fitted where it
-    may be.
+    may be; `told` (T, C): what stands in for markers that are hidden by turns.
     """
     w = 2 * np.pi * frequency
     phase = np.outer(data.time, w * np.sqrt(1 - z**2))
     fall = np.exp(-np.outer(data.time, z * w))
     waves = np.hstack([fall * np.cos(phase), fall * np.sin(phase)])  # (T, 2K)
-    use = data.fit & np.isfinite(data.values).all(axis=1)
+    values, whole = bridged(data.values, told)
+    use = data.fit & whole
     mean = waves[use].mean(axis=0)
     both = np.vstack([shapes, shapes]) / data.sigma  # (2K, C)
-    y = (data.values[use] - data.values[use].mean(axis=0)) / data.sigma
+    y = (values[use] - values[use].mean(axis=0)) / data.sigma
     centred = waves[use] - mean
     gram = (centred.T @ centred) * (both @ both.T)
     right = np.einsum("tk,tc,kc->k", centred, y, both)
     a = np.linalg.lstsq(gram, right, rcond=None)[0]
-    return ((waves - mean) * a) @ (both * data.sigma) + data.values[use].mean(axis=0)
+    return ((waves - mean) * a) @ (both * data.sigma) + values[use].mean(axis=0)
 
 
 def mends(after: Error, before: Error, free: Error) -> bool:

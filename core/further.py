@@ -233,7 +233,7 @@ def _poles(
     on = ~data.support
     time, use = fitted_instants(law, found.theta, data)
     left = found.missed(take)[use][:, on]
-    if np.isfinite(left).all(axis=1).sum() < FEWEST:
+    if np.isfinite(left).sum(axis=0).min() < FEWEST:
         return []
     for count in (MOST, MOST // 2):  # so many close together may hide one another
         ring = invert(time, left, noise=data.sigma[on], max_modes=count)

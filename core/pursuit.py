@@ -4,6 +4,7 @@ import numpy as np
 
 from .baseline import real_shapes
 from .data import RingDown, poles
+from .gaps import bridged
 from .shutter import at_once
 from .significance import DYING, STEADY
 
@@ -21,7 +22,7 @@ def pursue(ring: RingDown, time: np.ndarray, values: np.ndarray, sigma: np.ndarr
     (orthogonal matching pursuit: Pati, Rezaiifar, Krishnaprasad, Asilomar 1993). `late` (T, C) s:
     how much after the instants `time` the samples were taken, where that is known.
     """
-    known = np.isfinite(values).all(axis=1)
+    values, known = bridged(values, ring.predict(time))
     y = ((values - np.nanmean(values, axis=0)) / sigma)[known]
     pole = poles(ring.frequency, ring.damping_ratio)
     phase = np.exp(np.outer(time[known] - ring.t0, pole))

@@ -11,6 +11,7 @@ from .body import Body
 from .channels import Channels
 from .data import RingDown, poles, replace
 from .elsewhere import elsewhere, unsure
+from .gaps import bridged
 from .law import Law, TimeFit
 from .match import Match, align, likeness, mac, select, turning
 from .pursuit import is_driven
@@ -279,12 +280,13 @@ def amplitudes(ground: Recorded, index: int, ring: RingDown) -> RingDown:
     they were heard to there.
     """
     data = ground.takes[index]
-    use = data.fit & np.isfinite(data.values).all(axis=1)
+    values, whole = bridged(data.values, ground.rings[index].predict(data.time))
+    use = data.fit & whole
     pole = poles(ring.frequency, ring.damping_ratio)
     phase = np.exp(np.outer(data.time[use], pole))
     slow = ground.rings[index].slow(data.time[use])
     basis = np.hstack([phase.real, -phase.imag, slow])
-    x, *_ = np.linalg.lstsq(basis, data.values[use], rcond=None)
+    x, *_ = np.linalg.lstsq(basis, values[use], rcond=None)
     K = len(ring.frequency)
     amplitude = at_once(x[:K] + 1j * x[K : 2 * K], pole, data.late)
     return replace(ring, amplitude=amplitude, offset=x[2 * K], t0=0.0)
