@@ -14,7 +14,7 @@ from .law import TimeFit, replace, unpack
 from .linear_part import fitted_instants, instants
 from .listen import spread
 from .match import HARMONIC, PAIR, SPLIT, Match, mac, turning
-from .shutter import at_once, height, later, overtone
+from .shutter import at_once, height, later, overtone, rung
 from .simulate import free_swing
 
 APART = 0.03  # relative, from every known pitch
@@ -33,7 +33,7 @@ FORETOLD = 0.5  # of the misfit that those leave of what was held out
 ROWS = 0.8  # MAC from which a line at twice a pitch moves as late rows make it
 LOUDER = 1.5  # times what a readout as long as a frame makes, up to which such a line is theirs
 TONES = 6  # the highest overtone that is looked for
-FEWEST = 24  # frames in which something is heard
+FEWEST = 24  # samples of each channel in which something is heard
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,12 +114,7 @@ def _left(found: TimeFit, take: int, told: Told) -> list[tuple[float, float]]:
     """
     ring, data = told.ring, found.law.takes[found.law.fitted[take]]
     on, late = ~data.support, 0.0 if data.late is None else data.late
-    when = np.broadcast_to(told.time[:, None] - ring.t0 + late, data.values.shape)
-    swings = sum(
-        (a * np.exp(p * when)).real
-        for p, a in zip(poles(ring.frequency, ring.damping_ratio), ring.amplitude, strict=True)
-    )
-    left = ((told.values - swings - ring.offset) / data.sigma)[:, on] ** 2
+    left = ((told.values - rung(ring, told.time, late)) / data.sigma)[:, on] ** 2
     rest = (found.missed(take) / data.sigma)[:, on] ** 2
     parts = [part for part in (data.fit, ~data.fit) if part.any()]
     return [(float(np.nanmean(left[part])), float(np.nanmean(rest[part]))) for part in parts]
@@ -136,7 +131,7 @@ def modes_of(
     data: Channels = law.takes[law.fitted[take]]
     on = ~data.support
     own = found.pitches(take)
-    paired, pair = law.setting.paired, law.setting.pair
+    paired, pair = law.setting.splits, law.setting.pair
     loaded = bool(data.take.loads) and len({law.pitch[i] for i in law.fitted}) > 1
     computed = body.modes.frequency * own[0] / body.modes.frequency[match.modes[0]]
     lowest, unmatched = LOWEST * computed[0], np.delete(computed, match.modes)

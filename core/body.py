@@ -19,9 +19,8 @@ from .elasticity import (
     point_operator,
     static,
 )
-from .match import PAIR
 from .modes import solve_modes
-from .symmetry import unevenness
+from .symmetry import is_even, unevenness
 
 COUNT = 16  # computed modes: more than any recording of a soft body shows
 
@@ -57,8 +56,8 @@ class Body:
 
     @cached_property
     def pairs(self) -> bool:
-        """Whether two of its modes may be near by its symmetry, as two ways of one swing."""
-        return unevenness(self.bare) / 2 < PAIR
+        """Whether two near modes of it are a pair by its symmetry, or nearly."""
+        return is_even(self.bare)
 
     @cached_property
     def parts(self) -> float:

@@ -67,7 +67,7 @@ def _bound(z: np.ndarray, frequency, shapes, data, told) -> np.ndarray:
     phase = np.outer(data.time, w * np.sqrt(1 - z**2))
     fall = np.exp(-np.outer(data.time, z * w))
     waves = np.hstack([fall * np.cos(phase), fall * np.sin(phase)])  # (T, 2K)
-    values, whole = bridged(data.values, told)
+    values, whole = bridged(data.values, told, data.fit)
     use = data.fit & whole
     mean = waves[use].mean(axis=0)
     both = np.vstack([shapes, shapes]) / data.sigma  # (2K, C)

@@ -5,13 +5,20 @@ import numpy as np
 WHOLE = 0.5  # share of the frames, from which those that show all markers are enough
 
 
-def bridged(values: np.ndarray, told: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def bridged(values: np.ndarray, told: np.ndarray, use=slice(None), slow: np.ndarray | None = None):
     """Samples (T, C), NaN where missing, and which frames (T,) have all of them; where these are
-    too few, what is missing as `told` (T, C) but for a constant, and all frames.
+    too few of those to `use`, what is missing as `told` (T, C), but for what wanders as the columns
+    of `slow` (T, q) do, a constant by itself, and all frames.
     """
     seen = np.isfinite(values)
     whole = seen.all(axis=1)
-    if whole.mean() >= WHOLE:
+    if whole[use].mean() >= WHOLE:
         return values, whole
-    told = told + np.nanmean(values - told, axis=0)  # what is still is told at nought
-    return np.where(seen, values, told), np.ones(len(values), bool)
+    slow = np.ones((len(values), 1)) if slow is None else slow
+    filled = values.copy()
+    for c, known in enumerate(seen.T):
+        rows = np.zeros(len(values), bool)
+        rows[use] = known[use]
+        off, *_ = np.linalg.lstsq(slow[rows], values[rows, c] - told[rows, c], rcond=None)
+        filled[~known, c] = (told[:, c] + slow @ off)[~known]
+    return filled, np.ones(len(values), bool)

@@ -69,18 +69,26 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     """What pitches and shapes are compared with; None where the declared body moves as nothing that
     was measured.
 
-    Where a mode is all that is strange to it, each other one counts that moves as none of its
-    modes: a body of which they all are has been changed, and a loose part makes one alone.
+    Where, of all pitches, none but a faint one is off, each other mode counts however it moves: a
+    body of which they all are has been changed, and a loose part makes one alone.
     """
     final, seen = verdict.final, heard.body.seen(_first_of(verdict.final))
     every = [unfolded_mode(one, seen, heard, final) for one in further_modes(verdict)]
     own = of_the_body(every, seen, heard, final)
     found = _ground(heard, verdict, stiff, sigma, own)
-    if found is None or len(own) == len(every) or not found.base.strange:
+    if found is None or not _is_strange_alone(found):
         return found
+    more = of_the_body(every, seen, heard, final, however=True)
+    return found if len(more) == len(own) else _ground(heard, verdict, stiff, sigma, more)
+
+
+def _is_strange_alone(found: Ground) -> bool:
+    """Whether faint modes are strange to the declared body, and two loud ones or more are its."""
     loud = len(found.measured.frequency) - found.measured.faint
-    strange_alone = np.abs(found.base.pitch_pull[:loud]).max() < NEAR
-    return _ground(heard, verdict, stiff, sigma, every) if strange_alone else found
+    if not found.base.strange or loud < 2:
+        return False
+    off = found.base.pitch_pull[:loud] ** 2 / np.maximum(found.base.free[:loud], 0.1)
+    return bool(off.max() < NEAR**2)
 
 
 def _ground(heard: Heard, verdict: Verdict, stiff, sigma, further: list) -> Ground | None:

@@ -31,7 +31,6 @@ from .settle import (
     settle_poles,
     untied,
 )
-from .symmetry import is_even
 from .timefit import fit
 from .unheard import bare, rest_of, weak_modes
 
@@ -229,12 +228,12 @@ def with_all(ground: Recorded, settled: tuple):
     first, body = matches[condition], ground.bodies[condition]
     gaps = gaps_of(first.modes, body)
     paired, pair = has_twin(first.modes, body.modes.frequency), 0
-    if not paired and gaps and is_even(body.bare):  # the strongest of the others with a partner
+    if not paired and gaps and body.pairs:  # the strongest of the others with a partner
         swing = swing_of(free)
         pair = max(gaps, key=lambda k: swing[k])
         paired = bool(swing[pair] > FAINT * swing.max())
     setting = replace(
-        free.law.setting, symmetric=body.pairs, paired=paired, pair=pair, pair_gap=gaps.get(pair)
+        free.law.setting, paired=paired, symmetric=body.pairs, pair=pair, pair_gap=gaps.get(pair)
     )
     free = replace(free, law=replace(free.law, setting=setting))
     if len(matches) == 1:

@@ -221,7 +221,7 @@ def _partner(one, taken, modes, computed: _Computed):
     plain = {j: alike[j] - abs(np.log(f / frequency[j])) for j in free}
     known = max(plain.values(), default=0.0) > LEAST
     # a split pair's other half is left for the effects; else a fold may be like it
-    if not known and not _may_be_partner(f, taken, modes, frequency):
+    if not known and not _may_be_partner(f, taken, modes, computed):
         plain = {
             j: alike[j] - FOLDED * abs(unfolded(f, frequency[j], rate) / frequency[j] - 1)
             for j in free
@@ -243,7 +243,7 @@ def _as_other_half(one, taken, modes, computed: _Computed) -> tuple[int | None, 
     fits = {
         m: computed.likeness(shape, m) - abs(np.log(f / g))
         for (g, _, _), m in zip(taken, modes, strict=True)
-        if _may_be_partner(f, [(g, None, None)], [m], computed.frequency)
+        if _may_be_partner(f, [(g, None, None)], [m], computed)
     }
     best = max(fits, key=fits.get, default=None)
     return (None, 0.0) if best is None or fits[best] <= SURE else (best, fits[best])
@@ -272,14 +272,15 @@ def dies_alike(f: float, z: float, pitch: float, first) -> bool:
 
 def _may_pair(one, j: int, taken, modes, computed: _Computed) -> bool:
     """Whether mode j is no partner of a matched one, or one that is pulled far off its pitch, or
-    as far from it as was computed; or goes another way than that, which no symmetry makes its pair.
+    as far from it as was computed. Where no symmetry makes pairs, and the two are as far apart as a
+    coarse mesh may have it, whether each goes its own way.
     """
     f, shape, _ = one
     frequency, shapes = computed.frequency, computed.shapes
 
     def apart(g, other, m):
         seen, gap = np.log(f / g), np.log(frequency[j] / frequency[m])
-        if not computed.pairs and abs(seen - gap) < 2 * PAIR:  # as far off as a coarse mesh may be
+        if not computed.pairs and abs(seen - gap) < 2 * PAIR:
             own, across = (mac(shape, shapes[i]) - mac(other, shapes[i]) for i in (j, m))
             return own > 0 > across
         foretold = abs(gap) > PARTED and abs(seen / gap - 1) < 0.5
@@ -292,9 +293,10 @@ def _may_pair(one, j: int, taken, modes, computed: _Computed) -> bool:
     )
 
 
-def _may_be_partner(f: float, taken, modes, frequency: np.ndarray) -> bool:
+def _may_be_partner(f: float, taken, modes, computed: _Computed) -> bool:
     """Whether a pole at f is near enough to a matched mode of a pair to be its split partner."""
-    return any(
+    frequency = computed.frequency
+    return computed.pairs and any(
         abs(np.log(f / g)) <= SPLIT and (np.abs(frequency / frequency[m] - 1) < PAIR).sum() > 1
         for (g, _, _), m in zip(taken, modes, strict=True)
     )

@@ -5,7 +5,7 @@ import numpy as np
 from .baseline import real_shapes
 from .data import RingDown, poles
 from .gaps import bridged
-from .shutter import at_once
+from .shutter import at_once, rung
 from .significance import DYING, STEADY
 
 MOST = 8  # poles that are looked at as modes of the body
@@ -22,7 +22,8 @@ def pursue(ring: RingDown, time: np.ndarray, values: np.ndarray, sigma: np.ndarr
     (orthogonal matching pursuit: Pati, Rezaiifar, Krishnaprasad, Asilomar 1993). `late` (T, C) s:
     how much after the instants `time` the samples were taken, where that is known.
     """
-    values, known = bridged(values, ring.predict(time))
+    told = rung(ring, time, 0.0 if late is None else late.mean(axis=0))
+    values, known = bridged(values, told, slow=ring.slow(time))
     y = ((values - np.nanmean(values, axis=0)) / sigma)[known]
     pole = poles(ring.frequency, ring.damping_ratio)
     phase = np.exp(np.outer(time[known] - ring.t0, pole))

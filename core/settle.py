@@ -16,7 +16,7 @@ from .law import Law, TimeFit
 from .match import Match, align, likeness, mac, select, turning
 from .pursuit import is_driven
 from .residual import EVIDENCE, NOISY, QUIET
-from .shutter import at_once
+from .shutter import at_once, rung
 from .timefit import as_it_stands, fit, resized
 from .unheard import PARTED, bare, neighbours
 
@@ -280,7 +280,9 @@ def amplitudes(ground: Recorded, index: int, ring: RingDown) -> RingDown:
     they were heard to there.
     """
     data = ground.takes[index]
-    values, whole = bridged(data.values, ground.rings[index].predict(data.time))
+    heard, late = ground.rings[index], 0.0 if data.late is None else data.late
+    told = rung(heard, data.time, late)
+    values, whole = bridged(data.values, told, data.fit, heard.slow(data.time))
     use = data.fit & whole
     pole = poles(ring.frequency, ring.damping_ratio)
     phase = np.exp(np.outer(data.time[use], pole))

@@ -6,6 +6,8 @@ Row r of H is exposed readout r/H after the first (Liang, Chang, Chen, IEEE Tran
 
 import numpy as np
 
+from .data import RingDown, poles
+
 
 def rows_of(values: np.ndarray, rest: np.ndarray, height: float) -> np.ndarray:
     """(T, C) share of the picture's height at which each sample was seen, 0 top to 1 bottom.
@@ -22,6 +24,13 @@ def at_once(amplitude: np.ndarray, pole: np.ndarray, late: np.ndarray | None) ->
     pole (m,) 1/s. A sample taken d later shows a exp(p d).
     """
     return amplitude if late is None else amplitude * np.exp(-np.outer(pole, late.mean(axis=0)))
+
+
+def rung(ring: RingDown, time: np.ndarray, late) -> np.ndarray:
+    """(T, C) a ring-down as it shows at the instants `time` (T,) s, so `late` s, (T, C) or (C,)."""
+    when = np.add.outer(time - ring.t0, np.zeros(len(ring.offset))) + late
+    swings = zip(poles(ring.frequency, ring.damping_ratio), ring.amplitude, strict=True)
+    return ring.offset + sum((a * np.exp(p * when)).real for p, a in swings)
 
 
 def height(camera) -> float:

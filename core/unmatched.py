@@ -96,10 +96,11 @@ def _computed(heard: Heard, final: TimeFit) -> np.ndarray:
 
 
 def of_the_body(
-    further: list[FurtherMode], seen: np.ndarray, heard: Heard, final: TimeFit
+    further: list[FurtherMode], seen: np.ndarray, heard: Heard, final: TimeFit, *, however=False
 ) -> list[FurtherMode]:
     """Those that tell of the body: whatever is loud, for a body that is as declared shows no loud
-    mode that it does not have, and what moves as one of its modes (m, C) that was not matched.
+    mode that it does not have, and what moves as one of its modes (m, C) that was not matched,
+    or `however` it moves.
 
     Not what lies near the highest computed one, for it may be a mode that was not computed, nor
     what is rather the fold of the one that it moves as.
@@ -113,7 +114,7 @@ def of_the_body(
         if is_loud(one, heard, final):
             return True
         return one.frequency < REACH * computed.max() and any(
-            _moves_as(one.shape, seen, own, j, len(free))
+            (however or _moves_as(one.shape, seen, own, j, len(free)))
             and not _is_rather_folded(one.frequency, computed[j], rate)
             for j in free
         )

@@ -78,10 +78,15 @@ class Setting:
     carried: tuple = ()  # per fitted take, `Carried`; known once it is fitted
     near: object | None = None  # a camera's Nearness, where the rest places show it without doubt
     steps: int = FINE  # of a march, per period of the first mode
-    symmetric: bool = True  # two of the body's modes may be near by its symmetry
     paired: bool = True  # a mode has a degenerate partner that was not matched
+    symmetric: bool = True  # the two are one pair by the body's symmetry, which something may part
     pair: int = 0  # of the modes, which one that is
     pair_gap: float | None = None  # relative, that the body itself parts the two by, if known
+
+    @property
+    def splits(self) -> bool:
+        """Whether the partner may be what something parts from its mode."""
+        return self.paired and self.symmetric
 
     def able(self, couples: np.ndarray, spread: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(n,) levers of the places that `couples` (K - 1,) may be, and (n, K - 1) those places.

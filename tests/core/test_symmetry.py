@@ -1,4 +1,4 @@
-from types import SimpleNamespace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +9,7 @@ from core.effects import split_modes
 from core.elasticity import assemble, hold_points
 from core.symmetry import is_even, unevenness
 from tests.core.solids import block
+from tests.core.test_simulate import setting
 
 TURN, _ = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))
 TURN *= np.linalg.det(TURN)
@@ -43,13 +44,13 @@ def test_unevenness_is_that_of_the_squared_widths_of_body_and_foot():
     assert not is_even(held((3, 1, 1.08), at_the_foot))
 
 
-@pytest.mark.parametrize(("width", "pairs"), [(1, True), (1.3, False)])
+@pytest.mark.parametrize(("width", "pairs"), [(1, True), (1.01, True), (1.1, False)])
 def test_a_pair_is_split_where_the_body_may_have_one(width, pairs):
     model = held((3, 1, width), at_the_foot)
     body = Body(None, model, model, None, None)
     assert body.pairs == pairs
-    setting = SimpleNamespace(paired=True, symmetric=body.pairs)
-    assert (split_modes.EFFECT.requires(setting, ()) == "") == pairs
+    declared = replace(setting(), paired=True, symmetric=body.pairs)
+    assert (split_modes.EFFECT.requires(declared, ()) == "") == pairs
 
 
 @pytest.mark.parametrize(

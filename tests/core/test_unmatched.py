@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core import stranger
+from core import ground, stranger
 from core.unmatched import ALOUD, LOUD, FurtherMode, of_the_body, unfolded_mode
 
 
@@ -17,11 +17,37 @@ def heard(rate=1000.0):
     )
 
 
-def told(further, seen, one):
+def told(further, seen, one, **how):
     """Those of the modes that tell of the body that was heard."""
     law = SimpleNamespace(fitted=[0], takes=(SimpleNamespace(frame=1 / one.rate),))
     final = SimpleNamespace(frequency=np.array([2.0]), damping_ratio=np.array([0.01]), law=law)
-    return of_the_body(further, seen, one, final)
+    return of_the_body(further, seen, one, final, **how)
+
+
+@pytest.mark.parametrize(("pitch", "tells"), [(5.2, True), (7.7, False)])
+def test_what_moves_as_no_mode_may_be_a_changed_bodys(pitch, tells):
+    """But for what lies near the highest computed one, at 8 Hz."""
+    one = FurtherMode(pitch, 0.02, np.array([0.4, 0.4, 0.4, 1.0]), 1e-3, 0.001, 4)
+    assert told([one], np.eye(3, 4), heard()) == []
+    assert told([one], np.eye(3, 4), heard(), however=True) == ([one] if tells else [])
+
+
+@pytest.mark.parametrize(
+    ("pull", "free", "strange", "alone"),
+    [
+        ([0.5, -0.5, 4.0], 0.5, 1, True),
+        ([0.5, -0.5, 0.3], 0.5, 0, False),
+        ([1.8, -1.8, 4.0], 0.5, 1, False),
+        ([0.0, 4.0, 4.0], 0.5, 2, False),
+    ],
+    ids=["alone", "none is", "loud ones are off", "beside one that is loud"],
+)
+def test_a_mode_is_strange_alone_where_two_loud_ones_are_the_bodys(pull, free, strange, alone):
+    base = SimpleNamespace(
+        strange=strange, pitch_pull=np.array(pull), free=np.array([free, free, 1.0])
+    )
+    measured = SimpleNamespace(frequency=np.arange(3), faint=max(strange, 1))
+    assert ground._is_strange_alone(SimpleNamespace(base=base, measured=measured)) == alone
 
 
 @pytest.mark.parametrize(
