@@ -131,7 +131,7 @@ def modes_of(
     data: Channels = law.takes[law.fitted[take]]
     on = ~data.support
     own = found.pitches(take)
-    paired, pair = law.setting.splits, law.setting.pair
+    paired, pair = law.setting.paired, law.setting.pair
     loaded = bool(data.take.loads) and len({law.pitch[i] for i in law.fitted}) > 1
     computed = body.modes.frequency * own[0] / body.modes.frequency[match.modes[0]]
     lowest, unmatched = LOWEST * computed[0], np.delete(computed, match.modes)

@@ -284,7 +284,7 @@ def _poles(
                 abs(np.log(f / own[0])) > BESIDE
                 or any(abs(np.log(f / scale / frequency[j])) < NEAR for j in free)
             )
-            and not (law.setting.splits and abs(np.log(f / pair)) < TWIN)
+            and not (law.setting.paired and abs(np.log(f / pair)) < TWIN)
             and _clear(f, known, beyond_doubt, _bases(found, take, (f, z, amplitude), on))
         ):
             out.append((float(f), float(z)))

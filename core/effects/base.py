@@ -83,11 +83,6 @@ class Setting:
     pair: int = 0  # of the modes, which one that is
     pair_gap: float | None = None  # relative, that the body itself parts the two by, if known
 
-    @property
-    def splits(self) -> bool:
-        """Whether the partner may be what something parts from its mode."""
-        return self.paired and self.symmetric
-
     def able(self, couples: np.ndarray, spread: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(n,) levers of the places that `couples` (K - 1,) may be, and (n, K - 1) those places.
 

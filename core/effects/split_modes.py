@@ -119,6 +119,8 @@ EFFECT = Effect(
     phased=True,
     parts=True,
     veto=veto,
-    requires=lambda setting, takes: "" if setting.splits else "no degenerate pair",
+    requires=lambda setting, takes: (
+        "" if setting.paired and setting.symmetric else "no degenerate pair"
+    ),
     report=report,
 )

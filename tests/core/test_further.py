@@ -159,7 +159,7 @@ def test_of_two_pairs_the_one_that_is_parted_is_left_to_what_parts_it(heard, own
         damping_ratio=np.full(4, 0.02),
         amplitude=shapes.astype(complex),
     )
-    setting = SimpleNamespace(splits=True, pair=0)
+    setting = SimpleNamespace(paired=True, pair=0)
     data = seen_by(None)
     law = SimpleNamespace(takes=(data,), fitted=[0], pitch=(0,), setting=setting, effects=())
     found = SimpleNamespace(
@@ -210,7 +210,7 @@ def test_what_late_rows_sound_like_at_twice_a_pitch_is_no_mode(camera, late, siz
         takes=(seen_by(camera),),
         fitted=[0],
         pitch=(0,),
-        setting=SimpleNamespace(splits=False, pair=0),
+        setting=SimpleNamespace(paired=False, pair=0),
         effects=(),
     )
     found = SimpleNamespace(
