@@ -21,9 +21,9 @@ from .effects import added_mass, air_drag, mesh_stiffening
 from .elasticity import HUNG, UNKNOWN, held_part
 from .examine import examine
 from .findings import Findings
-from .gaps import without_lost
 from .joint import Heard, hear, laid_bare
 from .law import TimeFit
+from .lost import without_lost
 from .modulus import find_modulus
 from .near_camera import as_seen_nearby
 from .on_all_modes import with_all_modes
@@ -92,7 +92,8 @@ def calibrate_case(
     begun = time.monotonic()
     say = progress or (lambda fraction, text: None)
     say(0.0, "Reading the case")
-    case = without_lost(read_case(path, progress=lambda f, text: say(0.15 * f, text)))
+    case = read_case(path, progress=lambda f, text: say(0.15 * f, text))
+    case = without_lost(case, find_release)
     say(0.15, "Cutting the body into tetrahedra")
     cut, warnings = kept_or_cut(
         case.surface, elements or ELEMENTS, tets, lambda f, text: say(0.15 + 0.25 * f, text)

@@ -30,7 +30,7 @@ def rung(ring: RingDown, time: np.ndarray, late) -> np.ndarray:
     """(T, C) a ring-down as it shows at the instants `time` (T,) s, so `late` s, (T, C) or (C,)."""
     when = np.add.outer(time - ring.t0, np.zeros(len(ring.offset))) + late
     swings = zip(poles(ring.frequency, ring.damping_ratio), ring.amplitude, strict=True)
-    return ring.offset + sum((a * np.exp(p * when)).real for p, a in swings)
+    return ring.offset + sum(((a * np.exp(p * when)).real for p, a in swings), 0 * when)
 
 
 def height(camera) -> float:
