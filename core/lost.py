@@ -7,6 +7,7 @@ from .errors import RecordingError
 from .listen import ENOUGH, release
 
 FITTED = 2 / 3  # of the free motion of a take that is fitted
+FEWEST, SEEN = 24, 0.25  # frames that must show a marker there, or this share of them, but ENOUGH
 MOST = 0.5  # of the markers on the object, that a later take may lack without being refused
 
 
@@ -41,13 +42,14 @@ def _too_few(take: Take, find_release) -> np.ndarray:
         return none
     after = recording.time - begin
     rows = (after >= 0) & (after <= FITTED * (end - begin))
-    return np.isfinite(recording.values[rows]).all(axis=2).sum(axis=0) < ENOUGH
+    least = max(ENOUGH, min(FEWEST, SEEN * rows.sum()))
+    return np.isfinite(recording.values[rows]).all(axis=2).sum(axis=0) < least
 
 
 def _lines(take: Take, few: np.ndarray) -> list[str]:
     return [
-        f"{take.name}: the marker {take.recording.markers[n].name} is seen in fewer than {ENOUGH} "
-        "frames of what is fitted, and was left out of all takes. Track it there to use it."
+        f"{take.name}: the marker {take.recording.markers[n].name} is seen in too few of the "
+        "frames that are fitted, and was left out of all takes. Track it there to use it."
         for n in np.flatnonzero(few)
     ]
 

@@ -36,7 +36,11 @@ def names_of(case):
 
 
 @pytest.mark.parametrize("at", [0, 1])
-@pytest.mark.parametrize(("begin", "end"), [(0.0, 0.09), (0.7, 1.0)], ids=["soon lost", "late"])
+@pytest.mark.parametrize(
+    ("begin", "end"),
+    [(0.0, 0.09), (0.7, 1.0), (0.65, 1.0)],
+    ids=["soon lost", "late", "just before"],
+)
 def test_a_marker_that_hardly_shows_where_it_is_fitted_is_left_out_of_all_takes(
     filmed, at, begin, end
 ):
