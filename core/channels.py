@@ -8,6 +8,8 @@ from .data import Take, seal
 from .errors import RecordingError
 from .shutter import height, rows_of
 
+FITTED = 2 / 3  # of the free motion of a take that is not held out
+
 
 @dataclass(frozen=True, eq=False)
 class Channels:
@@ -84,8 +86,8 @@ def reaches(data: Channels) -> tuple[np.ndarray, np.ndarray]:
 def free_motion(take: Take, window: tuple[float, float], noise: np.ndarray) -> Channels:
     """The channels (C = n d) of `take` between the release and the end, `window` in s.
 
-    `noise` (C,) is each channel's rms noise in its own unit. Without a held-out take, the last
-    third is kept back. Raises RecordingError where fewer than 12 frames are left.
+    `noise` (C,) is each channel's rms noise in its own unit. The last third of one that is fitted
+    is kept back. Raises RecordingError where fewer than 12 frames are left.
     """
     recording = take.recording
     inside = (recording.time >= window[0] - 1e-9) & (recording.time <= window[1] + 1e-9)
@@ -103,7 +105,7 @@ def free_motion(take: Take, window: tuple[float, float], noise: np.ndarray) -> C
         quiet = np.nanmedian(values[before], axis=0)
     places = np.array([marker.position for marker in recording.markers])
     directions, rest, row = _geometry(recording, places, d)
-    share = 1.0 if take.held_out else 2 / 3
+    share = 1.0 if take.held_out else FITTED
     return Channels(
         time=time,
         values=values[inside],

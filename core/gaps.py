@@ -8,7 +8,8 @@ WHOLE = 0.5  # share of the frames, from which those that show all markers are e
 def bridged(values: np.ndarray, told: np.ndarray, use=slice(None), slow: np.ndarray | None = None):
     """Samples (T, C), NaN where missing, and which frames (T,) have all of them; where these are
     too few of those to `use`, what is missing as `told` (T, C), but for what wanders as the columns
-    of `slow` (T, q) do, a constant by itself, and all frames.
+    of `slow` (T, q) do, a constant by itself, and all frames. What is fitted to them must have
+    these columns, too: outside what is used they may run far off.
     """
     seen = np.isfinite(values)
     whole = seen.all(axis=1)

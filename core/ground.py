@@ -69,20 +69,20 @@ def ground_of(heard: Heard, verdict: Verdict, stiff, sigma) -> Ground | None:
     """What pitches and shapes are compared with; None where the declared body moves as nothing that
     was measured.
 
-    Where, of all pitches, none but a faint one is off, each other mode counts however it moves: a
+    Where, of all pitches, none but faint ones are off, each other mode counts however it moves: a
     body of which they all are has been changed, and a loose part makes one alone.
     """
     final, seen = verdict.final, heard.body.seen(_first_of(verdict.final))
     every = [unfolded_mode(one, seen, heard, final) for one in further_modes(verdict)]
     own = of_the_body(every, seen, heard, final)
     found = _ground(heard, verdict, stiff, sigma, own)
-    if found is None or not _is_strange_alone(found):
+    if found is None or not _only_faint_are_off(found):
         return found
     more = of_the_body(every, seen, heard, final, however=True)
     return found if len(more) == len(own) else _ground(heard, verdict, stiff, sigma, more)
 
 
-def _is_strange_alone(found: Ground) -> bool:
+def _only_faint_are_off(found: Ground) -> bool:
     """Whether faint modes are strange to the declared body, and two loud ones or more are its."""
     loud = len(found.measured.frequency) - found.measured.faint
     if not found.base.strange or loud < 2:

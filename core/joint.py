@@ -299,7 +299,7 @@ def laid_bare(heard: Heard, found: TimeFit, effects: int) -> TimeFit:
 def _match(data: Channels, ring: RingDown, body: Body) -> Match:
     chase = pursue(ring, data.time[data.fit], data.values[data.fit], data.sigma, late=data.late)
     computed = body.modes.frequency, body.seen(data)
-    return match_modes(ring, chase, *computed, 1 / data.frame, body.pairs)
+    return match_modes(ring, chase, *computed, 1 / data.frame, pairs=body.pairs)
 
 
 def _same_poles(ground: Recorded, index: int, matches) -> RingDown:

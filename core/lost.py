@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from .channels import FITTED
 from .data import Case, Take, replace
 from .errors import RecordingError
 from .listen import ENOUGH, release
 
-FITTED = 2 / 3  # of the free motion of a take that is fitted
 FEWEST, SEEN = 24, 0.25  # frames that must show a marker there, or this share of them, but ENOUGH
 MOST = 0.5  # of the markers on the object, that a later take may lack without being refused
 

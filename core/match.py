@@ -82,6 +82,7 @@ def match_modes(
     frequency: np.ndarray,
     shapes: np.ndarray,
     rate: float = np.inf,
+    *,
     pairs: bool = True,
 ) -> Match:
     """Match `ring` to computed modes at any one modulus: frequency (m,), shapes (m, C).

@@ -163,7 +163,7 @@ def _heard_pitches(ground: Recorded, rings: tuple, asked: dict[int, int]) -> dic
         for seat, told in out.items():
             own = modes.get(seat, body.modes)
             seen = body.seen(data, own.shapes)
-            match = match_modes(ring, chase, own.frequency, seen, 1 / data.frame, body.pairs)
+            match = match_modes(ring, chase, own.frequency, seen, 1 / data.frame, pairs=body.pairs)
             heard = ring.frequency[list(match.poles)]
             true = true_pitches(heard, match.modes, own.frequency, 1 / data.frame)
             told |= {

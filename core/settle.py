@@ -286,7 +286,7 @@ def amplitudes(ground: Recorded, index: int, ring: RingDown) -> RingDown:
     use = data.fit & whole
     pole = poles(ring.frequency, ring.damping_ratio)
     phase = np.exp(np.outer(data.time[use], pole))
-    slow = ground.rings[index].slow(data.time[use])
+    slow = heard.slow(data.time[use])
     basis = np.hstack([phase.real, -phase.imag, slow])
     x, *_ = np.linalg.lstsq(basis, values[use], rcond=None)
     K = len(ring.frequency)

@@ -99,8 +99,8 @@ def of_the_body(
     further: list[FurtherMode], seen: np.ndarray, heard: Heard, final: TimeFit, *, however=False
 ) -> list[FurtherMode]:
     """Those that tell of the body: whatever is loud, for a body that is as declared shows no loud
-    mode that it does not have, and what moves as one of its modes (m, C) that was not matched,
-    or `however` it moves.
+    mode that it does not have, and what moves as one of its modes (m, C) that was not matched, or
+    `however` it moves.
 
     Not what lies near the highest computed one, for it may be a mode that was not computed, nor
     what is rather the fold of the one that it moves as.
@@ -113,8 +113,11 @@ def of_the_body(
     def tells(one):
         if is_loud(one, heard, final):
             return True
-        return one.frequency < REACH * computed.max() and any(
-            (however or _moves_as(one.shape, seen, own, j, len(free)))
+        return one.frequency < REACH * computed.max() and (however or is_as_one(one))
+
+    def is_as_one(one):
+        return any(
+            _moves_as(one.shape, seen, own, j, len(free))
             and not _is_rather_folded(one.frequency, computed[j], rate)
             for j in free
         )

@@ -68,21 +68,20 @@ def test_without_any_marker_the_case_stays_as_it_is(filmed):
     assert without_lost(case, find_release) is case
 
 
-def test_a_marker_that_is_hidden_until_the_release_stays(filmed):
-    """Of a take that begins, and is heard to begin, after fifteen seconds of rest."""
+@pytest.mark.parametrize("given", [True, False], ids=["at a given start", "at one that is heard"])
+def test_a_marker_that_is_hidden_until_the_release_stays(filmed, given):
+    """After fifteen seconds of rest, which the window that is fitted leaves out."""
     recording = filmed.takes[0].recording
-    start = recording.start
     step = np.median(np.diff(recording.time))
     rest = np.arange(-3600, 0) * step + recording.time[0]
-    still = np.broadcast_to(
-        np.nanmean(recording.values, axis=0), (3600, *recording.values.shape[1:])
-    )
+    still = np.nanmean(recording.values[recording.time < recording.start], axis=0)
+    noise = 0.02 * np.random.default_rng(4).standard_normal((3600, *still.shape))
     longer = replace(
         recording,
         time=np.r_[rest, recording.time],
-        values=np.concatenate([still, recording.values]),
+        values=np.concatenate([still + noise, recording.values]),
         sigma=None,
-        start=start,
+        start=recording.start if given else None,
     )
     takes = (replace(filmed.takes[0], recording=longer), filmed.takes[1])
     case = lost_in(replace(filmed, takes=takes), 0, ["m3"], 3600 / len(longer.time))

@@ -36,18 +36,19 @@ def test_what_moves_as_no_mode_may_be_a_changed_bodys(pitch, tells):
     ("pull", "free", "strange", "alone"),
     [
         ([0.5, -0.5, 4.0], 0.5, 1, True),
+        ([0.5, -0.5, 4.0, 4.0], 0.5, 2, True),
         ([0.5, -0.5, 0.3], 0.5, 0, False),
         ([1.8, -1.8, 4.0], 0.5, 1, False),
-        ([0.0, 4.0, 4.0], 0.5, 2, False),
+        ([0.0, 4.0, 4.0], 0.0, 2, False),
     ],
-    ids=["alone", "none is", "loud ones are off", "beside one that is loud"],
+    ids=["one", "two", "none", "loud ones, too", "one loud mode is never off"],
 )
-def test_a_mode_is_strange_alone_where_two_loud_ones_are_the_bodys(pull, free, strange, alone):
+def test_faint_modes_alone_are_off_where_two_loud_ones_are_the_bodys(pull, free, strange, alone):
     base = SimpleNamespace(
-        strange=strange, pitch_pull=np.array(pull), free=np.array([free, free, 1.0])
+        strange=strange, pitch_pull=np.array(pull), free=np.full(len(pull), free)
     )
-    measured = SimpleNamespace(frequency=np.arange(3), faint=max(strange, 1))
-    assert ground._is_strange_alone(SimpleNamespace(base=base, measured=measured)) == alone
+    measured = SimpleNamespace(frequency=np.arange(len(pull)), faint=max(strange, 1))
+    assert ground._only_faint_are_off(SimpleNamespace(base=base, measured=measured)) == alone
 
 
 @pytest.mark.parametrize(
